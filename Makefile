@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup core checked check-core docs manual mutants browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup core checked check-core docs manual mutants wheel coverage browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -118,6 +118,19 @@ manual: setup browser ## write the theory manual as one PDF, out/theory.pdf
 	@$(has_docs) || $(BIN)/python -m pip install -q $(DOCS)
 	$(BIN)/python -m docs.tools.theory_manual
 
+wheel: setup ## build the source distribution and a wheel that needs no compiler, out/wheels
+	@$(has_release) || $(BIN)/python -m pip install -q $(call extra,release)
+	rm -rf out/wheels; mkdir -p out/wheels/raw
+	$(BIN)/python -m build -q --no-isolation --outdir out/wheels/raw
+	$(BIN)/python -m auditwheel repair --plat auto -w out/wheels out/wheels/raw/*.whl
+	mv out/wheels/raw/*.tar.gz out/wheels; rm -rf out/wheels/raw build gudgeon.egg-info
+
+coverage: browser solver-env ## run the tests and list which lines of Python they leave out, out/coverage/index.html
+	@$(has_release) || $(BIN)/python -m pip install -q $(call extra,release)
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n $(WORKERS) --dist loadfile \
+	    --validation-share=0.2 --cov=modaldb --cov=pipeline --cov=solver --cov-report=term:skip-covered \
+	    --cov-report=html:out/coverage $(ARGS)
+
 bench: setup ## time what the tests only count
 	$(BIN)/pytest -o addopts="-q -rs --strict-markers" tests/benchmarks --benchmark-only
 
@@ -219,12 +232,15 @@ endef
 
 # The extra docs, which the lock files leave out.
 has_docs = $(BIN)/python -c 'import material, ziamath' 2> /dev/null
-DOCS = $(shell $(BIN)/python -c 'import tomllib; print(*map(repr, tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"]))')
+DOCS = $(call extra,docs)
+has_release = $(BIN)/python -c 'import auditwheel, build, pytest_cov' 2> /dev/null
+# $(call extra,NAME): the packages of an extra, quoted.
+extra = $(shell $(BIN)/python -c 'import tomllib; print(*map(repr, tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["$(1)"]))')
 
 # Lines by which extras name each other are left out: what they stand for is listed anyway.
 REQUIREMENTS := import tomllib; project = tomllib.load(open("pyproject.toml", "rb")); \
     extras = project["project"]["optional-dependencies"]; \
-    unlocked = ("peers", "ansys", "nastran", "docs"); \
+    unlocked = ("peers", "ansys", "nastran", "docs", "release"); \
     base = project["build-system"]["requires"] + project["project"]["dependencies"]
 REQUIREMENTS_ALL := $(REQUIREMENTS); \
     print(*base, *(line for name, extra in extras.items() if name not in unlocked for line in extra \

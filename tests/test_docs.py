@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 import gudgeon
-from docs.tools import api, gallery, notebooks
+from docs.tools import api, gallery, house, notebooks
 from docs.tools.command_cost import PAGE, Cost, cost, table, written
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.kinds import run
+from tests.test_layers import FLOORS
 from tests.test_readme import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -98,6 +99,18 @@ def test_the_python_interface_is_that_of_the_sources() -> None:
         "Job.record(component: str, kind: str = 'modes')",
     ):
         assert shown in text, shown
+
+
+def test_the_map_of_the_house_has_its_floors() -> None:
+    assert house.PICTURE.read_text(encoding="utf-8") == house.page(), "run python -m docs.tools.house"
+    assert f">{FLOORS[0][0]}<" in house.page()
+
+
+def test_the_paper_is_short_and_cites_what_it_lists() -> None:
+    text = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
+    assert len(text.partition("# Summary")[2].split()) <= 1000
+    listed = set(re.findall(r"^@\w+\{(\w+),", (ROOT / "docs" / "paper.bib").read_text(encoding="utf-8"), re.MULTILINE))
+    assert set(re.findall(r"@([a-z]+\d{4})", text)) == listed
 
 
 def test_what_has_no_docstring_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

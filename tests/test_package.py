@@ -1,14 +1,17 @@
 """The installed package: its names, its face, what the wheel carries, and that it stands beside a user's own files."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
 
 import gudgeon
 from gudgeon.pipeline.cli import main
@@ -88,11 +91,16 @@ print(build_meta.build_wheel(".", {"cmake.define.GUDGEON_PREBUILT": "ON"}))
 """
 
 
-def test_wheel_carries_the_package_and_its_scenes(tmp_path: Path) -> None:
+def copied_sources(folder: Path) -> None:
+    """Copy what a distribution is built of."""
     for name in ("modaldb", "pipeline", "solver", "data"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, tmp_path / name)
+        shutil.copy(ROOT / name, folder / name)
+
+
+def test_wheel_carries_the_package_and_its_scenes(tmp_path: Path) -> None:
+    copied_sources(tmp_path)
     name = python(BUILD, tmp_path).splitlines()[-1]
     held = set(zipfile.ZipFile(tmp_path / name).namelist())
     assert {"gudgeon/__init__.py", "gudgeon/py.typed"} <= held
@@ -103,6 +111,48 @@ def test_wheel_carries_the_package_and_its_scenes(tmp_path: Path) -> None:
     scenes = {f"gudgeon/examples/{path.relative_to(ROOT / 'data').as_posix()}" for path in ROOT.glob("data/*/*.toml")}
     assert scenes <= held
     assert not [file for file in held if file.startswith(("pipeline/", "solver/", "modaldb/", "gudgeon/tests"))]
+
+
+SOURCE = """
+from scikit_build_core.setuptools import build_meta
+print(build_meta.build_sdist("."))
+"""
+
+
+def test_source_distribution_has_all_that_the_core_is_built_of(tmp_path: Path) -> None:
+    copied_sources(tmp_path)
+    name = python(SOURCE, tmp_path).splitlines()[-1]
+    with tarfile.open(tmp_path / name) as archive:
+        held = {Path(*Path(member).parts[1:]).as_posix() for member in archive.getnames()}
+    folders = [ROOT / "solver" / "core", ROOT / "pipeline"]
+    built = [path for folder in folders for path in folder.rglob("*") if path.suffix in (".hpp", ".cpp")]
+    sources = {path.relative_to(ROOT).as_posix() for path in [*built, ROOT / "solver" / "core" / "CMakeLists.txt"]}
+    assert len(sources) > 100
+    assert sources <= held
+
+
+def test_metadata_says_what_it_is_for_and_where_it_runs() -> None:
+    project = PROJECT["project"]
+    assert len(project["keywords"]) >= 5
+    assert {"Typing :: Typed", "Operating System :: POSIX :: Linux"} <= set(project["classifiers"])
+    assert project["requires-python"] == ">=3.11"
+
+
+def test_workflow_is_sound() -> None:
+    """Its jobs exist, their steps do something, and what they use of the repository is there."""
+    workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "wheels.yml").read_text())
+    jobs = workflow["jobs"]
+    assert {"check", "wheel", "sdist", "test"} == set(jobs)
+    systems = {row["system"].split("-")[0] for row in jobs["test"]["strategy"]["matrix"]["include"]}
+    assert systems == {"ubuntu", "macos", "windows"}
+    for job in jobs.values():
+        assert set(job.get("needs", [])) <= set(jobs)
+        for step in job["steps"]:
+            assert ("uses" in step) != ("run" in step)
+            if "uses" in step:
+                assert re.fullmatch(r"actions/[a-z-]+@v\d+", step["uses"])
+            for path in re.findall(r"(?:tests/|\.ci/)\S+", step.get("run", "")):
+                assert (ROOT / path).exists(), path
 
 
 def test_examples_are_listed_and_copied(
