@@ -19,6 +19,7 @@ from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread, step_factor
 from gudgeon.solver.integrators.swapped import Swapped
+from gudgeon.solver.linear.load_stiffness import with_load_stiffness
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
@@ -92,11 +93,12 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
             part of a driven motion.
     """
     refuse_ambiguous_friction(system)
-    system = begun(system)
+    notes = list[str]()
+    system = with_load_stiffness(begun(system), notes)
     plan = plan_run(system)
     if system.scene.run.step is not None or plan.integrator.own_steps:  # Others are chosen so that they read them.
         refuse_unread(system, plan.step)
-    notes = [note for limit in friction_limits(system) if (note := limit.note()) is not None]
+    notes += [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
     notes += adjusted_notes(system) + slanting_notes(system)
     trajectory = _simulated(system, plan, progress)

@@ -13,6 +13,7 @@ from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.steps import driven_step, largest_factor, own_step, parts_of, refuse_unread, step_factor
+from gudgeon.solver.linear.load_stiffness import with_load_stiffness
 from gudgeon.solver.ports.members import function_ports
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.ports.table import Kind
@@ -68,6 +69,7 @@ class Steps:
             )
         refuse_swaps(system, "steps from Python are of one basis")
         refuse_ambiguous_friction(system)
+        system = with_load_stiffness(system)
         self.system, integrator = system, INTEGRATORS["implicit"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
         prescribed = step or system.scene.run.step

@@ -134,9 +134,9 @@ class LoadModes:
         default=None,
         metadata=rule("k' M M", unit="1/(kg m), kg^-0.5, m", name="stiffness by the static stress of each unit force"),
     )
-    """Stiffness by the static stress of each unit force, balanced by inertia [1/(kg m) of a force], over the m shapes
-    and the unit rotations about x, y, z through the centre, (k, m + 3, m + 3); None
-    where no body of the scene turns."""
+    """Stiffness by the static stress of each unit force, balanced by supports and inertia [1/(kg m) of a force], over
+    the m shapes and the unit rotations about x, y, z through the centre, (k, m + 3, m + 3); None where no body of the
+    scene turns, and no load of it stresses one."""
 
 
 @dataclass(frozen=True)
@@ -293,6 +293,12 @@ class ModalRecord(Labelled):
     )
     """Tᵀ M Φ with T the unit translations [kg^½], (3, m): the load of gravity on each coordinate; None without
     supports, since free modes take no part in translations."""
+    weight_stiffness: Array | None = field(
+        default=None,
+        metadata=rule("3 M M", unit="s^2/m^2, kg^0.5", name="stiffness by the static stress of unit gravity"),
+    )
+    """Stiffness by the static stress of unit gravity along x, y, z on a body that supports hold [s²/m² of shapes], over
+    shapes and rotations as `LoadModes.stress_stiffness`, (3, m + 3, m + 3); None without supports or gravity."""
     static_responses: StaticResponses | None = None
     """None for rigid bodies, for those without an interface of contact and for elements other than tet10."""
     swap: SwapModes | None = None

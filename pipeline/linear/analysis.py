@@ -88,11 +88,12 @@ def analyse(job: Job, request: Asked, progress: Progress) -> Answer:
         )
     run_job(job, "morph", progress)
     progress("linear", 0.0)
+    from gudgeon.solver.linear.load_stiffness import with_load_stiffness
     from gudgeon.solver.linear.modes import assembled_modes
     from gudgeon.solver.linear.state import linearised
 
     with named(job.path, InputError, SceneError, SolverError):
-        linear = linearised(system_of(job), request.closed)
+        linear = linearised(with_load_stiffness(system_of(job)), request.closed)
         force, read = _ends(linear, request)
         modes = assembled_modes(linear)
         table = static_table(linear, request.force, request.at) if request.static else None

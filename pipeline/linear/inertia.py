@@ -9,6 +9,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.linear.load_stiffness import with_load_stiffness
 from gudgeon.solver.linear.state import linearised, places
 
 
@@ -29,7 +30,7 @@ def static_inertia(job: Job, force: str, at: Sequence[str]) -> tuple[np.ndarray,
         InputError: there is no such port or place.
     """
     with named(job.path, InputError, SceneError):
-        linear = linearised(system_of(job))
+        linear = linearised(with_load_stiffness(system_of(job)))
         soft = 1 / linear.system.stiffness
         answers = soft * np.array([port.row for port in places(linear, force, "--force")])
         felt = np.reshape([places(linear, name, "--at")[0].row for name in at], (len(at), len(soft)))

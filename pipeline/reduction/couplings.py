@@ -73,12 +73,10 @@ def inertia_couplings(
     if not moments or not m:
         return InertiaCouplings(translation, rotation, gradient), np.empty((0, m, m))
     centrifugal = centrifugal_loads(model, component)
-    flexibility, forces = Flexibility(tied), np.column_stack([centrifugal, loads.T.toarray()])
-    moved = spread @ flexibility.solve(spread.T @ forces)
-    flexibility.free()
+    K, moved = stress_stiffness(
+        model, tied, spread, shapes, component, np.column_stack([centrifugal, loads.T.toarray()])
+    )
     compliance = centrifugal.T @ moved[:, : len(PAIRS)]
-    turned = _unit_rotations(model)
-    K = _stress_stiffness(model, np.hstack([Phi, turned]), component, moved)
     centrifugal_stiffness = np.empty((3, 3, m + 3, m + 3))
     for k, (i, j) in enumerate(PAIRS):
         centrifugal_stiffness[i, j] = centrifugal_stiffness[j, i] = K[k]
@@ -87,6 +85,31 @@ def inertia_couplings(
         translation, rotation, gradient, S, G, centrifugal_stiffness, centrifugal_compliance=static
     )
     return couplings, K[len(PAIRS) :]
+
+
+def bears_stress(model: FEModel, component: Component) -> bool:
+    """Whether the stiffness by a stress of the elements of a component is known: of solids, and of beams in space."""
+    return cell_of(model.mesh).dofs >= 3 and component.material is not None
+
+
+def stress_stiffness(
+    model: FEModel,
+    tied: FEModel,
+    spread: sparse.csr_matrix,
+    shapes: np.ndarray,
+    component: Component,
+    forces: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return K by the static stress of nodal forces (dofs, k), (k, m + 3, m + 3), and their displacements, (dofs, k).
+
+    Supports and, on what they leave free, inertia balance the forces. K is over shapes and the unit rotations about x,
+    y, z through the centre; other arguments as in `inertia_couplings`.
+    """
+    flexibility = Flexibility(tied)
+    moved = spread @ flexibility.solve(spread.T @ forces)
+    flexibility.free()
+    motions = np.hstack([spread @ shapes, _unit_rotations(model)])
+    return _stress_stiffness(model, motions, component, moved), moved
 
 
 def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:

@@ -35,7 +35,13 @@ from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import largest_count
 from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
-from gudgeon.pipeline.reduction.couplings import centrifugal_loads, has_floating_frame, inertia_couplings
+from gudgeon.pipeline.reduction.couplings import (
+    bears_stress,
+    centrifugal_loads,
+    has_floating_frame,
+    inertia_couplings,
+    stress_stiffness,
+)
 from gudgeon.pipeline.reduction.gauges import GaugeRows, gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
@@ -86,6 +92,7 @@ def reduce_component(
     turns: bool = False,
     crossed: tuple[str, float] | None = None,
     held: Collection[str] = (),
+    stressed: bool = False,
 ) -> ModalRecord:
     """Assemble a component and reduce it to a modal record.
 
@@ -97,6 +104,7 @@ def reduce_component(
         crossed: Traction space that a moving force crosses, and where across [m]; it gets the bases of `modes.swap`.
         held: Interfaces that motions and other forces hold: their static shapes have mass, so that the body moves
             with them and not by R, which has none.
+        stressed: Whether loads or weight stress bodies of it in small motion: its loads get their stiffness by stress.
 
     Raises:
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
@@ -114,6 +122,9 @@ def reduce_component(
     static = static_responses(model, {key: a.forces for key, a in acting.items()}, responses)
     modes = {key: a.modes(reduction.Phi) for key, a in acting.items()}
     couplings = _coupled((model, tied, spread), on_tied.Phi, component, acting, modes, turns=turns)
+    weight = None
+    if stressed and bears_stress(model, component):
+        weight = _stressed((model, tied, spread), on_tied.Phi, component, acting, modes, weighs=bool(pulled))
     turning = spread.T @ centrifugal_loads(model, component) if turns and has_floating_frame(model) else None
     errors = frequency_errors(tied, on_tied, model, spread, component)
     refuse_locking(
@@ -131,7 +142,7 @@ def reduce_component(
         loads=_of_kind(modes, LoadModes), residual_flexibility=reduction.residual_flexibility,
         quality=reduction.quality | checked | {"rigid_motions": len(model.rigid_twists)},
         gauges=gauge_modes(component, gauges, tied, contact.B, on_tied, turning, weighs=bool(pulled) and supported),
-        participation=_participation(model, reduction) if supported else None,
+        participation=_participation(model, reduction) if supported else None, weight_stiffness=weight,
         static_responses=static if static.columns and cell_of(model.mesh).solid else None,
         interface_rows=dict(contact.spans), tangential_spans=dict(contact.tangential_spans), **vars(errors),
     )  # fmt: skip
@@ -245,6 +256,32 @@ def _coupled(
         for (key, load), load_stiffness in zip(loads.items(), np.split(stiffness, ends), strict=True):
             modes[key] = replace(load, stress_stiffness=load_stiffness)
     return couplings
+
+
+def _stressed(
+    models: tuple[FEModel, FEModel, sparse.csr_matrix],
+    shapes: np.ndarray,
+    component: Component,
+    acting: dict[str, _Acting],
+    modes: dict[str, InterfaceModes | TractionModes | LoadModes],
+    *,
+    weighs: bool,
+) -> np.ndarray | None:
+    """Give the means and ties among `modes` their stiffness by stress; return that of unit gravity along x, y, z on
+    what supports hold, (3, m + 3, m + 3), None where it does not weigh."""
+    pulled = {key: acting[key].rows for key, load in _of_kind(modes, LoadModes).items() if load.unit != "Pa"}
+    weights = (
+        _weights(models[0], [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+        if weighs
+        else np.empty((len(models[0].held), 0))
+    )
+    forces = np.column_stack([weights, *(rows.T.toarray() for rows in pulled.values())])
+    K, _ = stress_stiffness(*models, shapes, component, forces)
+    start = weights.shape[1]
+    for key, rows in pulled.items():
+        modes[key] = replace(modes[key], stress_stiffness=K[start : start + rows.shape[0]])
+        start += rows.shape[0]
+    return K[: weights.shape[1]] if weighs else None
 
 
 def _reduced(model: FEModel, contact: ContactRows, component: Component, scene_key: str) -> Reduction:

@@ -128,6 +128,7 @@ class SceneFile(Scene):
         return {
             "rubbed": self.rubbed_of(component), "pulled": self.pulls_on(component), "turns": self.turning(component),
             "crossed": self.crossed(component), "held": self.held_at(component),
+            "stressed": self.stressed(component),
         }  # fmt: skip
 
     def held_at(self, component: str) -> list[str]:
@@ -149,6 +150,18 @@ class SceneFile(Scene):
         kinds = {name: interface.kind for name, interface in self.component[component].interface.items()}
         bodies = self.bodies_of(component)
         return sorted({i for body, i in ends if body in bodies and i is not None and kinds.get(i) in LOADED})
+
+    def stressed(self, component: str) -> bool:
+        """Whether loads at interfaces, or weight on supports, stress an elastic component in small motion."""
+        definition = self.component[component]
+        bodies = [body for body in self.bodies_of(component) if self.body[body].geometric_stiffness]
+        if definition.modes.reduction == "rigid" or self.capabilities.turns or self.cranks():
+            return False
+        acting = [*self.over_time().values(), *self.springs().values(), *self.motion.values()]
+        ends = [(a.body, a.interface) for a in acting if hasattr(a, "interface")]
+        ends += [(f.against, f.against_interface) for f in self.springs().values()]
+        loaded = any(body in bodies and interface is not None for body, interface in ends)
+        return bool(bodies) and (loaded or bool(self.pulls_on(component)))
 
     def crossed(self, component: str) -> tuple[str, float] | None:
         """Return the traction space that a moving force crosses, and where across [m]; None without `modes.swap`."""

@@ -192,7 +192,7 @@ def _wrong_turning(scene: "SceneFile") -> list[str]:
                 " it is for bodies that turn by any angle (integrator 'mechanism')"
             )
         for name, body in scene.body.items():
-            set_keys = [key for key in ("attachment", "geometric_stiffness") if key in body.model_fields_set]
+            set_keys = [key for key in ("attachment",) if key in body.model_fields_set]
             lines += [
                 f"body.{name}.{key}: given, but integrator '{scene.integrator}' has small rotations; it is for bodies"
                 " that turn by any angle (integrator 'mechanism')"

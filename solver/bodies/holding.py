@@ -244,9 +244,20 @@ def _held_space(body: FlexibleBody, modes: TractionModes, T: np.ndarray) -> Trac
 def _held_load(body: FlexibleBody, modes: LoadModes, T: np.ndarray) -> LoadModes:
     if not len(modes.rows):
         return replace(modes, rows=np.zeros((0, T.shape[1])), stress_stiffness=None)
-    return replace(
-        modes, rows=np.column_stack([body.wrench_rows(modes.resultant), modes.rows]) @ T, stress_stiffness=None
-    )
+    rows = np.column_stack([body.wrench_rows(modes.resultant), modes.rows]) @ T
+    return replace(modes, rows=rows, stress_stiffness=_held_stress(body, modes.stress_stiffness, T))
+
+
+def _held_stress(body: FlexibleBody, stiffness: np.ndarray | None, T: np.ndarray) -> np.ndarray | None:
+    """Return stiffnesses by stress over the coordinates that joints leave, which have no rotations of their own, (k,
+    n + 3, n + 3), of those over shapes and rotations, (k, m + 3, m + 3)."""
+    if stiffness is None:
+        return None
+    r, n = body.rigid_count, T.shape[1]
+    motions = np.vstack([T[r:], body.twists[:, 3:].T @ T[:r]])
+    held = np.zeros((len(stiffness), n + 3, n + 3))
+    held[:, :n, :n] = motions.T @ stiffness @ motions
+    return held
 
 
 def _all_rows(body: FlexibleBody) -> np.ndarray:

@@ -100,6 +100,9 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
         },
         residual_flexibility=R,
         participation=_columns(modal.participation, Q),
+        weight_stiffness=None
+        if modal.weight_stiffness is None
+        else np.einsum("ij,jab->iab", Q, _turned_rotations(modal.weight_stiffness, Q)),
         shapes=None if modal.shapes is None else _columns_last(modal.shapes, Q),
         inertia_couplings=_turned_couplings(modal.inertia_couplings, Q),
         static_responses=None
@@ -147,7 +150,7 @@ def _turned_load(load: LoadModes, Q: np.ndarray) -> LoadModes:
     if load.unit in VECTORS:
         turn = np.kron(np.eye(VECTORS[load.unit]), Q)
         rows, resultant = turn @ rows, turn @ resultant
-        stiffness = None if stiffness is None else np.einsum("ij,jab->iab", turn, stiffness)
+        stiffness = None if stiffness is None else np.einsum("ij,jab->iab", turn, _turned_rotations(stiffness, Q))
     return replace(load, rows=rows, resultant=resultant, stress_stiffness=stiffness, point=_vectors(load.point, Q))
 
 
@@ -162,7 +165,15 @@ def _turned_couplings(couplings: InertiaCouplings | None, Q: np.ndarray) -> Iner
         D = np.einsum("ia,jb,kc,ld,abcd->ijkl", Q, Q, Q, Q, D, optimize=True)
     translation, rotation = _columns(couplings.translation, Q), _columns(couplings.rotation, Q)
     S, G, K = turned
+    K = None if K is None else _turned_rotations(K, Q)
     return InertiaCouplings(translation, rotation, gradient, S, G, K, centrifugal_compliance=D)
+
+
+def _turned_rotations(stiffness: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Return stiffnesses over shapes and, the last three, rotations about x, y, z, (…, m + 3, m + 3), turned."""
+    change = np.eye(stiffness.shape[-1])
+    change[-3:, -3:] = Q
+    return change @ stiffness @ change.T
 
 
 def _vectors(values: Any, Q: np.ndarray) -> Any:

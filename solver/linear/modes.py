@@ -41,8 +41,12 @@ def assembled_modes(linearised: Linearised) -> AssembledModes:
     beside stiff parts, where eigenvalues of K would lose them below some 1e-8 of the highest.
     """
     system = linearised.system
-    F, C, N = _matrices(linearised)
-    omega, Phi = _undamped(F, _free_motions(linearised))
+    F, C, N, loads = matrices(linearised)
+    omega, Phi = undamped(F, free_motions(linearised))
+    if loads.any():
+        held = slice(free_motions(linearised), None)
+        values, turned = np.linalg.eigh(np.diag(omega[held] ** 2) + Phi[:, held].T @ (N.T @ loads @ N) @ Phi[:, held])
+        omega[held], Phi[:, held] = np.sqrt(np.maximum(values, 0.0)), Phi[:, held] @ turned
     top = float(omega.max(initial=0.0))
     quiet = (omega == 0) & (np.abs(C @ Phi).max(axis=0, initial=0.0) <= STILL * top)
     if not np.any(C):
@@ -65,7 +69,7 @@ def assembled_modes(linearised: Linearised) -> AssembledModes:
     return AssembledModes(np.abs(s) / (2 * np.pi), ratios, shapes, shares, _effective(linearised, shapes), real)
 
 
-def _undamped(F: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
+def undamped(F: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies [rad/s], ascending, of which `free` are zero, (n,), and modes as columns, (n, n)."""
     _, sizes, right = np.linalg.svd(F, full_matrices=True)
     omega = np.zeros(F.shape[1])
@@ -74,7 +78,7 @@ def _undamped(F: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
     return omega, right[::-1].T
 
 
-def _free_motions(linearised: Linearised) -> int:
+def free_motions(linearised: Linearised) -> int:
     """Return the number of rigid motions that no stiffness and no constraint holds."""
     rigid, holds = linearised.system.rigid, linearised.holding[linearised.stiffness > 0]
     W = linearised.rows[holds]
@@ -83,15 +87,17 @@ def _free_motions(linearised: Linearised) -> int:
     return len(rigid) - int((sizes > STILL).sum())
 
 
-def _matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return factor F of the stiffness and damping over the motions that constraints leave, (k, n), (n, n), and these,
-    (m, n)."""
+def matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return factor F of the stiffness and damping over the motions that constraints leave, (k, n), (n, n), these,
+    (m, n), and the stiffness by loads that soften, which has no such factor, (m, m)."""
     system, a = linearised.system, linearised.holding
     Lambda, C = np.diag(np.sqrt(system.stiffness)), np.diag(system.damping)
     W = linearised.rows[a]
     bare = linearised.stiffness == 0  # Dampers alone.
     dampers, D, c = a[bare], W[bare], linearised.damping[bare]
-    moves = ~bare & (np.any(W, axis=1) | np.any(linearised.residual[:, a, a], axis=0))
+    softens = linearised.stiffness < 0  # By loads, along coordinates alone.
+    loads = (W[softens].T * linearised.stiffness[softens]) @ W[softens]
+    moves = ~bare & ~softens & (np.any(W, axis=1) | np.any(linearised.residual[:, a, a], axis=0))
     W, a, stiffness, damping = W[moves], a[moves], linearised.stiffness[moves], linearised.damping[moves]
     R = linearised.residual[:, a][:, :, a]
     T = R.sum(axis=0) + np.diag(1 / stiffness)
@@ -103,13 +109,13 @@ def _matrices(linearised: Linearised) -> tuple[np.ndarray, np.ndarray, np.ndarra
     with np.errstate(invalid="ignore"):
         slower = slower + np.diag(np.where(np.isfinite(stiffness), damping / stiffness**2, 0.0))
     if not len(a):
-        return Lambda, C + (D.T * c) @ D, np.eye(len(Lambda))
+        return Lambda, C + (D.T * c) @ D, np.eye(len(Lambda)), loads
     L, firm = yielding_and_firm(W, T, system.stiffness)
     F, inverse, N = np.vstack([Lambda, L.T @ W]), L @ L.T, left_free(firm, W)
     pulls = inverse @ W
     D = D - linearised.residual.sum(axis=0)[np.ix_(dampers, a)] @ pulls
     C = C + pulls.T @ (0.5 * (slower + slower.T)) @ pulls + (D.T * c) @ D
-    return F @ N, N.T @ C @ N, N
+    return F @ N, N.T @ C @ N, N, loads
 
 
 def _effective(linearised: Linearised, shapes: np.ndarray) -> np.ndarray | None:

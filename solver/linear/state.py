@@ -92,7 +92,7 @@ def linearised(system: System, closed: Collection[str] = ()) -> Linearised:
     springs = ports.numbers([f"force.{name}" for name in system.scene.springs()])
     slopes = system.springs.tension(_elongations(system, ports))[1]
     for port, slope, damper in zip(springs, slopes, system.springs.damping, strict=True):
-        if slope > 0 or damper > 0:
+        if slope != 0 or damper > 0:
             holdings.append((int(port), float(slope), float(damper)))
     numbers, stiffness, damping = (
         (np.array(column) for column in zip(*holdings, strict=True)) if holdings else np.zeros((3, 0))

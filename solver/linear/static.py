@@ -63,8 +63,8 @@ def _held(
         forces: Their places, for messages.
     """
     count, free = rows.shape
-    size = 1 / np.sqrt(np.maximum(C.diagonal(), np.finfo(float).tiny))
-    stiff = ~(C.diagonal() > 0)  # Between rigid bodies without compliance.
+    size = 1 / np.sqrt(np.maximum(np.abs(C.diagonal()), np.finfo(float).tiny))
+    stiff = C.diagonal() == 0  # Between rigid bodies without compliance.
     size[stiff] = np.median(size[~stiff]) if (~stiff).any() else 1.0
     scaled = rows * size[:, None]
     motion = np.linalg.norm(scaled, axis=0)

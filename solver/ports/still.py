@@ -9,6 +9,9 @@ from gudgeon.solver.ports.table import Ports
 from gudgeon.solver.system.equilibrium import touching_depths
 from gudgeon.solver.system.system import System
 
+ALONG = 1e-9
+"""Share of the velocity of a body by which a gap may change while it moves along a contact."""
+
 
 def any_still(system: System) -> bool:
     """Whether a contact is between bodies that stand still alone; it needs no table of ports to be seen."""
@@ -47,8 +50,23 @@ def still_groups(system: System, ports: Ports) -> Iterator[list[int]]:
             yield bodies
 
 
+def _leaves(system: System, name: str) -> bool:
+    """Whether the velocity of a body at the start changes a gap of it, pulls at a damper, or rubs."""
+    rates = system.velocity[system.bodies[name].coordinates]
+    if not rates.any():
+        return False
+    own = [c for c in system.contacts if any(name == side[0] for side in c.sides) or c.master is not None]
+    if not own or any(c.master is not None or system.scene.contact[c.name].friction is not None for c in own):
+        return True
+    closing, round_off = system.rows @ system.velocity, ALONG * float(np.abs(rates).max())
+    leaves = np.abs(closing) > round_off * system.rows.largest()
+    damps = system.springs.damping > 0
+    return bool(any(leaves[c.rows].any() for c in own) or (system.springs.rows[damps] @ system.velocity).any())
+
+
 def _moving(system: System) -> set[int]:
-    """Return the numbers of bodies with a velocity, a crank, or a drive that moves at the start."""
+    """Return the numbers of bodies with a velocity that is not along contacts, a crank, or a drive that moves at the
+    start."""
     names = [j.joint.body for j in system.driving.joints]
     rates = system.driving.driven(np.zeros(1))[0, :, 1]
     start = 0
@@ -56,5 +74,5 @@ def _moving(system: System) -> set[int]:
         count = rows.stop - rows.start
         names += [drive.body] * bool(rates[start : start + count].any())
         start += count
-    names += [name for name, body in system.bodies.items() if system.velocity[body.coordinates].any()]
+    names += [name for name, body in system.bodies.items() if _leaves(system, name)]
     return {list(system.bodies).index(name) for name in names}

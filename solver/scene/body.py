@@ -56,8 +56,9 @@ class Body(Strict):
     geometric_stiffness: bool = Field(
         default=True,
         exclude_if=lambda value: value,
-        description="Whether the stress by rotation, reactions and loads stiffens or softens a body that deforms and"
-        " turns by any angle; false: its linear floating frame",
+        description="Whether loads stiffen or soften the body: in small motion weight, loads and the forces of springs,"
+        " motions and contacts at the start, as they turn it and stress it along; of a body that deforms and turns by"
+        " any angle the stress by rotation, reactions and loads; false: without it",
     )
     gauges: Annotated[tuple[str, ...], EachOnce] = Field(
         default=(), description="Gauges of its component to record over time"

@@ -62,7 +62,7 @@ def damped_as_held(scene: Scene, bodies: Mapping[str, FlexibleBody]) -> tuple[Sc
         if holding is None or (dashpots := _dashpots(body, holding)) is None:
             continue
         label = f"damping of {name}"
-        damped[name] = replace(body, modal=_with_rows(body.modal, label, *dashpots), damped_as_held=True)
+        damped[name] = replace(body, modal=with_rows(body.modal, label, *dashpots), damped_as_held=True)
         forces[label] = Dashpots(name, label, len(dashpots[0]))
     return (scene.model_copy(update={"force": forces}) if len(forces) > len(scene.force) else scene), damped
 
@@ -153,7 +153,7 @@ def _dashpots(body: FlexibleBody, holding: Holding) -> tuple[np.ndarray, np.ndar
     return scale * (Lambda[:, None] * phi).T[:, body.rigid_count :], -scale * (pulls.T @ holding.mix)
 
 
-def _with_rows(modal: ModalRecord, label: str, rows: np.ndarray, residual_rows: np.ndarray) -> ModalRecord:
+def with_rows(modal: ModalRecord, label: str, rows: np.ndarray, residual_rows: np.ndarray) -> ModalRecord:
     """Return modes with a load of d rows over the elastic coordinates, (d, m), and over the rows of R, (d, C)."""
     start, added = modal.row_count, len(rows)
     R, gauges = modal.residual_flexibility, dict(modal.gauges)

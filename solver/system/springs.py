@@ -13,6 +13,7 @@ from gudgeon.solver.contact.shares import shared
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.bushing import Bushing
 from gudgeon.solver.forces.dashpots import Dashpots
+from gudgeon.solver.forces.load_stiffness import LoadStiffness
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.methods import METHODS
 from gudgeon.solver.scene.scene import Scene
@@ -172,14 +173,19 @@ def _shared(
 
 
 def spring_ends(
-    scene: Scene, name: str, force: Spring | Bushing | Dashpots, bodies: Mapping[str, FlexibleBody]
+    scene: Scene, name: str, force: Spring | Bushing | Dashpots | LoadStiffness, bodies: Mapping[str, FlexibleBody]
 ) -> tuple[tuple[End, ...], np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return a force's ends, the motions that it resists, (b, 6), and stiffness, damping and stretch of its rows."""
+    if isinstance(force, LoadStiffness):
+        count = len(force.stiffness)
+        mix = np.eye(count) if force.elastic else np.empty((count, 0))
+        end, zeros = End(force.body, force.rigid, force.interface, mix), np.zeros(count)
+        return (end,), np.zeros((count, 6)), (force.stiffness, zeros, zeros)
     if isinstance(force, Dashpots):
         rigid, zeros = np.zeros((force.count, bodies[force.body].rigid_count)), np.zeros(force.count)
         end = End(force.body, rigid, force.interface, np.eye(force.count))
         return (end,), np.zeros((force.count, 6)), (zeros, np.ones(force.count), zeros)
-    positions = [_place(scene, name, force, bodies, i) for i in range(2 if force.against else 1)]
+    positions = [spring_place(scene, name, force, bodies, i) for i in range(2 if force.against else 1)]
     if isinstance(force, Bushing):
         motions, stiffness, damping = force.parts()
         _refuse_apart(name, positions, bodies[force.body], None)
@@ -200,14 +206,14 @@ def spring_ends(
     return tuple(ends), motions, values
 
 
-def _place(
+def spring_place(
     scene: Scene, name: str, force: Spring | Bushing, bodies: Mapping[str, FlexibleBody], end: int
 ) -> np.ndarray:
     """Return where an end of a force is [m], (3,); without an interface the second end is where the first one is."""
     body, interface = ((force.body, force.interface), (force.against, force.against_interface))[end]
     if interface is None or body is None:
         if end == 1:
-            return _place(scene, name, force, bodies, 0)
+            return spring_place(scene, name, force, bodies, 0)
         return np.asarray(scene.body[force.body].position) + turned_vectors(scene.body[force.body], force.at)
     modal, key = bodies[body].modal, "against_interface" if end else "interface"
     if interface in modal.loads:

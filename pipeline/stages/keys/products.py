@@ -59,6 +59,7 @@ def component_products(
     turns: bool = False,
     crossed: tuple[str, float] | None = None,
     held: Sequence[str] = (),
+    stressed: bool = False,
 ) -> dict[str, Product]:
     """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
 
@@ -71,6 +72,7 @@ def component_products(
         turns: Whether it deforms and bodies of it turn by any angle: the modes have tensors of the floating frame.
         crossed: Traction space that a moving force crosses, and where across [m]: the modes have bases of its places.
         held: Interfaces that motions and other forces hold, sorted: the modes have their static shapes.
+        stressed: Whether loads or weight stress it in small motion: the modes have stiffness by stress.
 
     Raises:
         InputError: a file that the component names is missing.
@@ -96,6 +98,7 @@ def component_products(
         | ({"turns": True} if turns else {})
         | ({"crossed": list(crossed)} if crossed else {})
         | ({"held": list(held)} if held else {})
+        | ({"stressed": True} if stressed else {})
         | ({"point_mass": masses} if masses else {}),
     )  # fmt: skip
     update = component.change.update if change else "none"

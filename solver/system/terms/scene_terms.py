@@ -60,6 +60,8 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     yield _estimates(scene, body, stock, touching)
     participation = ("modes:participation",) if stock.elastic and stock.held else ()
     pulled = any(scene.run.gravity)
+    if stock.weighs and stock.elastic and scene.body[body].geometric_stiffness:
+        participation += ("modes:weight_stiffness",)
     yield Term("gravity", body, pulled, f"run.gravity is {'not ' if pulled else ''}zero", participation)
     for name, probe in scene.probe.items():
         if isinstance(probe, ForceProbe) and probe.of == f"body.{body}":
@@ -164,10 +166,10 @@ def _floating(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     if settings.attached_to is not None:
         moments.append(f"modes:loads/{settings.attached_to}")
     yield Term("inertia couplings", body, turns and stock.elastic, reason, tuple(moments))
-    stiffened = turns and stock.elastic and settings.geometric_stiffness
-    if turns and stock.elastic:
+    stiffened = (stock.elastic or not turns) and settings.geometric_stiffness
+    if stock.elastic or not turns:
         reason = f"geometric_stiffness is {str(settings.geometric_stiffness).lower()}"
-    fields = ("modes:inertia_couplings/centrifugal_stiffness",)
+    fields = ("modes:inertia_couplings/centrifugal_stiffness",) if turns else ()
     yield Term("geometric stiffness", body, stiffened, reason, fields)
 
 

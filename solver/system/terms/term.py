@@ -40,6 +40,8 @@ class Stock:
     """Whether it has bases that change as a force passes."""
     estimated: bool = True
     """Whether the errors of its frequencies by the mesh are known."""
+    weighs: bool = True
+    """Whether it has stiffness by the stress of its weight."""
     places: tuple[str, ...] = ()
     """`group/name` of its interfaces, traction spaces, loads and gauges."""
 
@@ -51,7 +53,12 @@ class Stock:
         )
         elastic = sizes.get("angular_frequencies", 0) > 0 or "residual_flexibility" in sizes
         return cls(
-            elastic, "participation" in sizes, "swap/number" in sizes, "discretisation_errors" in sizes, tuple(paths)
+            elastic,
+            "participation" in sizes,
+            "swap/number" in sizes,
+            "discretisation_errors" in sizes,
+            "weight_stiffness" in sizes,
+            tuple(paths),
         )
 
 
