@@ -3,7 +3,8 @@
 Chart and splines are those of `modaldb.records.traction`. Row a is the mean normal displacement under its unit
 traction, ∫ N_a n·u dA / ∫ N_a dA, over the curved facets with their true outward normal n. Where the surface extends
 beyond the space, the splines next to its edges keep their tails, so that a force there is as smooth as one inside;
-where the surface ends, they are cut off. On a patch, functions that find no surface move as their nearest one does.
+where the surface ends, they are cut off and joined with their neighbours so that they act at their centres, see
+`end_splines`. On a patch, functions that find no surface are those of their nearest one, moved alike.
 """
 
 from collections.abc import Callable, Iterable
@@ -21,6 +22,7 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import FACET_WIDTH, cell_of, corner_triangles
 from gudgeon.pipeline.geometry.surfaces import find_surface
+from gudgeon.pipeline.interfaces.end_splines import placed_tractions
 from gudgeon.pipeline.interfaces.height_field import distance, nearest_kept, patch_chart
 from gudgeon.pipeline.interfaces.points import facet_points, surface_points
 from gudgeon.pipeline.scenes.interface import Interface
@@ -49,6 +51,8 @@ class TractionSpace(SplineGrid):
     """Mean normal displacement under each unit traction per nodal displacement, node by node, (f, 3n)."""
     resultant: np.ndarray
     """Force and moment about the component's origin of each unit traction [1, m], (f, 6)."""
+    placing: sparse.csr_matrix
+    """D of the tractions that the end of the surface cuts off, see `end_splines`, (f, f)."""
     dropped: int = 0
     """Functions of a patch that find no surface."""
     off: float = 0.0
@@ -76,9 +80,10 @@ class TractionSpace(SplineGrid):
         rows, resultants = list[sparse.csr_matrix](), list[np.ndarray]()
         for axis in range(2):
             direction = partial(turned, axis=axis)
-            areas, weights, moments = _integrals(mesh, surface, self, direction)
-            rows.append(sparse.csr_matrix(sparse.diags(1 / areas) @ weights))
-            resultants.append(moments / areas[:, None])
+            areas, weights, moments, _ = _integrals(mesh, surface, self, direction)
+            placed = self.placing @ sparse.diags(1 / np.where(areas > 0, areas, 1.0))
+            rows.append(sparse.csr_matrix(placed @ weights))
+            resultants.append(placed @ moments)
         order = np.arange(2 * self.size).reshape(2, -1).T.ravel()
         return AcrossNormals(sparse.csr_matrix(sparse.vstack(rows, format="csr")[order]), np.stack(resultants, axis=1))
 
@@ -107,7 +112,7 @@ def traction_space(mesh: MeshRecord, interface: Interface, key: str) -> Traction
     """
     surface = find_surface(mesh, interface.surface, f"{key}.surface")
     grid = _grid(mesh, surface, interface, key)
-    areas, weights, moments = _integrals(mesh, surface, grid)
+    areas, weights, moments, first = _integrals(mesh, surface, grid)
     smallest, active = LEAST_SHARE * float(grid.spacing.prod()), np.arange(grid.size)
     patch = grid.chart["kind"] == "patch"
     if patch and (areas >= smallest).any():
@@ -120,12 +125,15 @@ def traction_space(mesh: MeshRecord, interface: Interface, key: str) -> Traction
             f"{key}: {int((areas < smallest).sum())} functions of the traction space find no surface, such as the one"
             f" at ({position[0]:.4g}, {position[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
         )
-    dropped, areas = int((areas < smallest).sum()), areas[active]
-    means = sparse.csr_matrix(sparse.diags(1 / areas) @ weights[active])
+    found = areas >= smallest
+    centroids = np.where(found[:, None], first / np.where(found, areas, 1.0)[:, None], np.nan)
+    placing = placed_tractions(grid, centroids, active)
+    placed = placing @ sparse.diags(1 / np.where(found, areas, 1.0))
     off = distance(grid.chart, mesh.nodes[np.unique(surface.facets)]) if patch else 0.0
     return TractionSpace(
-        **vars(grid), areas=areas, weights=means, resultant=moments[active] / areas[:, None], dropped=dropped, off=off
-    )
+        **vars(grid), areas=areas[active], weights=sparse.csr_matrix(placed @ weights), resultant=placed @ moments,
+        placing=placing, dropped=int((~found).sum()), off=off,
+    )  # fmt: skip
 
 
 def refuse_too_many(spaces: dict[str, TractionSpace], key: str) -> None:
@@ -256,8 +264,9 @@ def _integrals(
     surface: Surface,
     grid: SplineGrid,
     turned: Callable[[np.ndarray], np.ndarray] = lambda elements: elements,
-) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray]:
-    """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a t N_b dA (f, 3n), and force and moment of N_a t (f, 6).
+) -> tuple[np.ndarray, sparse.csr_matrix, np.ndarray, np.ndarray]:
+    """Integrate over the facets: ∫ N_a dA (f,), ∫ N_a t N_b dA (f, 3n), force and moment of N_a t (f, 6), and N_a times
+    the coordinates of the chart (f, 2).
 
     Args:
         turned: Returns t dA of n dA, (…, 3); t is the outward normal n by default.
@@ -266,20 +275,22 @@ def _integrals(
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
     facets = surface.facets[_near(mesh.nodes, grid, edge)[surface.facets].any(axis=1)]
     pieces = int(np.ceil(PIECES_PER_SPACING * edge / grid.spacing.min()))
-    areas, resultants = np.zeros(grid.size), np.zeros((grid.size, 6))
+    areas, resultants, first = np.zeros(grid.size), np.zeros((grid.size, 6)), np.zeros((grid.size, 2))
     total = sparse.csr_matrix((grid.size, 3 * len(mesh.nodes)))
     at_once = max(BATCH // (6 * pieces**2), 1)
     for start in range(0, len(facets), at_once):
         some = facets[start : start + at_once]
         for block in facet_points(mesh.nodes, replace(surface, facets=some), pieces):
             points, elements = block.points.reshape(-1, 3), block.vectors.reshape(-1, 3)
-            splines = spline_matrix(grid, chart_coordinates(grid.chart, points), tails=True)
+            coordinates, sizes = chart_coordinates(grid.chart, points), np.linalg.norm(elements, axis=1)
+            splines = spline_matrix(grid, coordinates, tails=True)
             splines.eliminate_zeros()
-            areas += splines.T @ np.linalg.norm(elements, axis=1)
+            areas += splines.T @ sizes
+            first += splines.T @ (coordinates * sizes[:, None])
             elements = turned(elements)
             resultants += splines.T @ np.column_stack([elements, np.cross(points, elements)])
             total += splines.T @ _displacements(block.N, block.nodes, elements, 3 * len(mesh.nodes))
-    return areas, total, resultants
+    return areas, total, resultants, first
 
 
 def _near(nodes: np.ndarray, grid: SplineGrid, edge: float) -> np.ndarray:

@@ -285,3 +285,20 @@ def test_a_bar_has_no_traction_space() -> None:
     mesh = Bar(kind="bar", length=2.0, area=1e-4).build(0.5)
     with pytest.raises(InputError, match="needs a surface of a solid, 'left' is none"):
         traction_space(mesh, Interface(surface="left", kind="traction", spacing=0.1), "here")
+
+
+@pytest.mark.parametrize("spacing", [(0.006, 0.008), (0.02, 0.02), (0.05, 0.05)])
+def test_forces_keep_size_and_place_up_to_the_ends_of_a_surface(box: MeshRecord, spacing: tuple[float, float]) -> None:
+    """Over the whole of the face, whose ends cut splines off: force, moments about both axes, and linear fields."""
+    whole = Interface(surface="top", kind="traction", spacing=spacing, along=(1.0, 0.0, 0.0))
+    space = traction_space(box, whole, "here")
+    places = np.array([[x, y, 0.03] for x in (-0.0, 0.001, 0.025, 0.05) for y in (-0.02, 0.0, 0.0199)])
+    coordinates = chart_coordinates(space.chart, places)
+    numbers, values = spline_weights(space, coordinates)
+    acts = np.einsum("pa,pai->pi", values, space.resultant[numbers])
+    np.testing.assert_allclose(acts[:, :3], np.tile([0.0, 0.0, 1.0], (len(places), 1)), atol=1e-9)
+    np.testing.assert_allclose(acts[:, 3:], np.cross(places, [0.0, 0.0, 1.0]), atol=2e-5)
+    linear = np.zeros((len(box.nodes), 3))
+    linear[:, 2] = 1.0 + box.nodes[:, 0] - 2 * box.nodes[:, 1]
+    reads = np.einsum("pa,pa->p", values, (space.weights @ linear.ravel())[numbers])
+    np.testing.assert_allclose(reads, 1.0 + places[:, 0] - 2 * places[:, 1], atol=5e-5)
