@@ -12,6 +12,8 @@ inertia forces of the rigid motion, and gravity, are balanced by these alone and
 Schwertassek 1991 count them otherwise).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy import sparse
 
@@ -110,6 +112,12 @@ def stress_stiffness(
     flexibility.free()
     motions = np.hstack([spread @ shapes, _unit_rotations(model)])
     return _stress_stiffness(model, motions, component, moved), moved
+
+
+def weights_along(model: FEModel, pulled: Sequence[tuple[float, ...]]) -> np.ndarray:
+    """Return the weights under unit gravity along unit vectors [N s²/m], (dofs, k); none of a free model."""
+    along = np.array(pulled, float).reshape(-1, 3) if model.held.any() else np.zeros((0, 3))
+    return model.M @ np.tile(model.directions @ along.T, (len(model.nodes), 1))
 
 
 def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:

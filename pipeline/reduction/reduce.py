@@ -41,6 +41,7 @@ from gudgeon.pipeline.reduction.couplings import (
     has_floating_frame,
     inertia_couplings,
     stress_stiffness,
+    weights_along,
 )
 from gudgeon.pipeline.reduction.gauges import GaugeRows, gauge_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
@@ -102,8 +103,7 @@ def reduce_component(
         pulled: Unit vectors along which gravity acts on a held component: it gets the static shapes that modes lack.
         turns: Whether bodies of it turn by any angle: they need all tensors of the floating frame.
         crossed: Traction space that a moving force crosses, and where across [m]; it gets the bases of `modes.swap`.
-        held: Interfaces that motions and other forces hold: their static shapes have mass, so that the body moves
-            with them and not by R, which has none.
+        held: Interfaces that motions and other forces hold: their static shapes have mass, and do not move by R.
         stressed: Whether loads or weight stress bodies of it in small motion: its loads get their stiffness by stress.
 
     Raises:
@@ -112,7 +112,7 @@ def reduce_component(
     """
     scene_key = f"component.{name}"
     sites, acting, (model, tied, spread) = _assembled(mesh, component, scene_key, rubbed)
-    contact = replace(_stacked(acting, spread, held), weights=spread.T @ _weights(model, pulled))
+    contact = replace(_stacked(acting, spread, held), weights=spread.T @ weights_along(model, pulled))
     gauges = _gauges(model, spread, component, contact, scene_key)
     reduced = tied, contact, _reduced(tied, contact, component, scene_key)
     on_tied, swap = _swapped(reduced, component, sites, crossed, scene_key)
@@ -122,17 +122,12 @@ def reduce_component(
     static = static_responses(model, {key: a.forces for key, a in acting.items()}, responses)
     modes = {key: a.modes(reduction.Phi) for key, a in acting.items()}
     couplings = _coupled((model, tied, spread), on_tied.Phi, component, acting, modes, turns=turns)
-    weight = None
-    if stressed and bears_stress(model, component):
-        weight = _stressed((model, tied, spread), on_tied.Phi, component, acting, modes, weighs=bool(pulled))
+    weight = _stressed((model, tied, spread), on_tied.Phi, component, acting, modes, wanted=(stressed, bool(pulled)))
     turning = spread.T @ centrifugal_loads(model, component) if turns and has_floating_frame(model) else None
     errors = frequency_errors(tied, on_tied, model, spread, component)
-    refuse_locking(
-        errors.discretisation_errors, frequencies, component, scene_key,
-        lambda variant: reduce_component(mesh, mesh_key, variant, name).discretisation_errors,
-    )  # fmt: skip
-    checked = compliance_errors(model, component, responses, static, _loads_of(acting))
-    checked |= _patches(sites) | {VOLUME_ERROR: volume_error(mesh)}
+    refuse_locking(errors.discretisation_errors, frequencies, component, scene_key,
+                   lambda variant: reduce_component(mesh, mesh_key, variant, name).discretisation_errors)  # fmt: skip
+    checked = compliance_errors(model, component, responses, static, _loads_of(acting)) | _patches(sites, mesh)
     return ModalRecord(
         mesh_key=mesh_key, reduction=component.modes.reduction, normal_count=reduction.normal_count,
         static_count=len(frequencies) - reduction.normal_count, angular_frequencies=frequencies,
@@ -226,15 +221,16 @@ def _gauges(
     return gauges
 
 
-def _patches(sites: Mapping[str, ContactPoints | TractionSpace | Tie]) -> dict[str, Any]:
-    """Return of each patch how many functions it has, how many find no surface, and how far nodes are off it [m]."""
+def _patches(sites: Mapping[str, ContactPoints | TractionSpace | Tie], mesh: MeshRecord) -> dict[str, Any]:
+    """Return the error of the mesh's volume, and of each patch how many functions it has, how many find no surface, and
+    how far nodes are off it [m]."""
     spaces = {name: s for name, s in sites.items() if isinstance(s, TractionSpace)}
     patches = {
         name: {"functions": s.size, "dropped": s.dropped, "off": s.off, "spacing": s.spacing.tolist()}
         for name, s in spaces.items()
         if s.chart["kind"] == "patch"
     }
-    return {"patches": patches} if patches else {}
+    return {VOLUME_ERROR: volume_error(mesh)} | ({"patches": patches} if patches else {})
 
 
 def _coupled(
@@ -265,13 +261,20 @@ def _stressed(
     acting: dict[str, _Acting],
     modes: dict[str, InterfaceModes | TractionModes | LoadModes],
     *,
-    weighs: bool,
+    wanted: tuple[bool, bool],
 ) -> np.ndarray | None:
     """Give the means and ties among `modes` their stiffness by stress; return that of unit gravity along x, y, z on
-    what supports hold, (3, m + 3, m + 3), None where it does not weigh."""
+    what supports hold, (3, m + 3, m + 3), None where it does not weigh.
+
+    Args:
+        wanted: Whether any of it is wanted, and whether the component weighs.
+    """
+    stressed, weighs = wanted
+    if not stressed or not bears_stress(models[0], component):
+        return None
     pulled = {key: acting[key].rows for key, load in _of_kind(modes, LoadModes).items() if load.unit != "Pa"}
     weights = (
-        _weights(models[0], [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+        weights_along(models[0], [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
         if weighs
         else np.empty((len(models[0].held), 0))
     )
@@ -389,12 +392,6 @@ def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, held: Collec
         sparse.csr_matrix(B @ spread), fields, dict(zip(acting, spans, strict=False)), smooth,
         dict(zip(across, spans[len(acting) :], strict=True)), loads=loads,
     )  # fmt: skip
-
-
-def _weights(model: FEModel, pulled: Sequence[tuple[float, ...]]) -> np.ndarray:
-    """Return the weights under unit gravity along unit vectors [N s²/m], (dofs, k); none of a free model."""
-    along = np.array(pulled, float).reshape(-1, 3) if model.held.any() else np.zeros((0, 3))
-    return model.M @ np.tile(model.directions @ along.T, (len(model.nodes), 1))
 
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:

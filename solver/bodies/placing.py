@@ -100,9 +100,7 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
         },
         residual_flexibility=R,
         participation=_columns(modal.participation, Q),
-        weight_stiffness=None
-        if modal.weight_stiffness is None
-        else np.einsum("ij,jab->iab", Q, _turned_rotations(modal.weight_stiffness, Q)),
+        weight_stiffness=_turned_weight(modal.weight_stiffness, Q),
         shapes=None if modal.shapes is None else _columns_last(modal.shapes, Q),
         inertia_couplings=_turned_couplings(modal.inertia_couplings, Q),
         static_responses=None
@@ -167,6 +165,10 @@ def _turned_couplings(couplings: InertiaCouplings | None, Q: np.ndarray) -> Iner
     S, G, K = turned
     K = None if K is None else _turned_rotations(K, Q)
     return InertiaCouplings(translation, rotation, gradient, S, G, K, centrifugal_compliance=D)
+
+
+def _turned_weight(stiffness: np.ndarray | None, Q: np.ndarray) -> np.ndarray | None:
+    return None if stiffness is None else np.einsum("ij,jab->iab", Q, _turned_rotations(stiffness, Q))
 
 
 def _turned_rotations(stiffness: np.ndarray, Q: np.ndarray) -> np.ndarray:

@@ -5,6 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from gudgeon.solver.forces.dashpots import Dashpots
+
 
 @dataclass(frozen=True)
 class LoadStiffness:
@@ -32,3 +34,7 @@ class LoadStiffness:
     def linear(self) -> bool:
         """Whether every spring resists: loops that take roots of stiffnesses carry no others."""
         return bool((self.stiffness > 0).all())
+
+
+Made = Dashpots | LoadStiffness
+"""Forces that the system makes; a scene has none."""

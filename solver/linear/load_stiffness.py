@@ -30,6 +30,7 @@ from gudgeon.solver.linear.modes import free_motions, matrices, undamped
 from gudgeon.solver.linear.state import Linearised, linearised
 from gudgeon.solver.obstacles.bore import Bore
 from gudgeon.solver.ports.members import gauge_ports, start_unknowns
+from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.compile import assembled
 from gudgeon.solver.system.held_damping import with_rows
 from gudgeon.solver.system.springs import spring_place
@@ -76,33 +77,48 @@ def with_load_stiffness(system: System, notes: list[str] | None = None) -> Syste
     Raises:
         SceneError: the loads buckle a body at the start.
     """
-    scene = system.scene
-    turns = scene.capabilities.turns or scene.cranks() or scene.moving()
-    if turns or not any(body.geometric_stiffness for body in scene.body.values()):
-        return system
-    if any(isinstance(force, LoadStiffness) for force in scene.force.values()) or not _loaded(system):
-        return system
-    state = _at_rest(system)
+    state = _at_rest(system) if _applies(system) else None
     if state is None:
         return system
-    state = _few(state)
+    scene, state = system.scene, _few(state)
     ports = balanced(state)
     K = {name: np.zeros((len(body.stiffness),) * 2) for name, body in system.bodies.items()}
     for name, body in system.bodies.items():
         if scene.body[name].geometric_stiffness:
             K[name] = stiffness_of(state, body, ports)
-    said = list[str]()
+    said = list[str]() if notes is None else notes
     kept = _significant(state, K, said)
     said += [note for name, body in system.bodies.items() if (note := _left_out(state, body, ports)) is not None]
-    if notes is not None:
-        notes += said
     forces, bodies = dict[str, Any](scene.force), dict(system.bodies)
     for name in kept:
         forces[LABEL + name], bodies[name] = _springs(state, bodies[name], K[name])
-    if not kept:
-        return system
     scene = scene.model_copy(update={"force": forces})
+    if not kept or not _carried(scene, kept, said):
+        return system
     return assembled(scene, bodies, system.terms, fields=system.fields, bores=system.bores)
+
+
+def _carried(scene: Scene, kept: list[str], notes: list[str]) -> bool:
+    """Whether an integrator carries a scene with the stiffness of loads; its note says where none does."""
+    try:
+        return bool(scene.integrator)
+    except ValueError:
+        names = " and ".join(f"body.{name}" for name in kept)
+        notes.append(
+            f"run.integrator: '{scene.run.integrator}' carries no softening by loads, and that of {names} is not"
+            " included; use 'auto' or 'implicit'"
+        )
+        return False
+
+
+def _applies(system: System) -> bool:
+    """Whether anything loads a body at the start in small motion whose stiffness is wanted and not there yet."""
+    scene = system.scene
+    if scene.capabilities.turns or scene.cranks() or scene.moving():
+        return False
+    there = any(isinstance(force, LoadStiffness) for force in scene.force.values())
+    wanted = any(body.geometric_stiffness for body in scene.body.values())
+    return wanted and not there and _loaded(system)
 
 
 def _loaded(system: System) -> bool:
@@ -169,9 +185,16 @@ def balanced(state: Linearised) -> np.ndarray:
 
 def acting(state: Linearised, ports: np.ndarray, name: str) -> Iterator[Acting]:
     """Yield the forces on a body of contacts, loads, motions, springs and bushings."""
-    system = state.system
-    scene, body, none = system.scene, system.bodies[name], np.zeros(0)
-    for contact in system.contacts:
+    body = state.system.bodies[name]
+    yield from _of_contacts(state, ports, name)
+    yield from _of_loads(state, ports, body)
+    yield from _of_springs(state, ports, body)
+    yield from _of_joints(state, ports, body)
+
+
+def _of_contacts(state: Linearised, ports: np.ndarray, name: str) -> Iterator[Acting]:
+    """Yield the forces of contacts on a body."""
+    for contact in state.system.contacts:
         span = state.ports.of(f"contact.{contact.name}")
         block = next(b for b in state.ports.blocks if b.name == f"contact.{contact.name}")
         directions = np.zeros((0, 3)) if block.directions is None else block.directions
@@ -180,8 +203,12 @@ def acting(state: Linearised, ports: np.ndarray, name: str) -> Iterator[Acting]:
         for owner, _, _, points, sign in contact.sides:
             if owner == name:
                 for push, point in zip(sign * pushes, points, strict=True):
-                    yield Acting(name, None, none, push, point)
-    driving = system.driving
+                    yield Acting(name, None, np.zeros(0), push, point)
+
+
+def _of_loads(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Iterator[Acting]:
+    """Yield the forces of loads and motions on a body."""
+    scene, driving, name = state.system.scene, state.system.driving, body.name
     for load, _ in [*driving.given_rows(), *driving.driven_rows()]:
         if load.body != name:
             continue
@@ -190,17 +217,22 @@ def acting(state: Linearised, ports: np.ndarray, name: str) -> Iterator[Acting]:
         settings = scene.motion.get(load.name) if prefix == "motion" else scene.force.get(load.name)
         at = turned_vectors(scene.body[name], getattr(settings, "at", None) or (0.0, 0.0, 0.0))
         place = at if load.interface is None else _place_of(body, load.interface)
-        on_rows = forces @ load.mix if load.interface in body.modal.loads else none
+        on_rows = forces @ load.mix if load.interface in body.modal.loads else np.zeros(0)
         yield Acting(name, load.interface, on_rows, forces @ load.resultant[:, :3], place)
+
+
+def _of_springs(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Iterator[Acting]:
+    """Yield the forces of springs and bushings on a body."""
+    system, name = state.system, body.name
+    scene = system.scene
     for force, ends in zip(scene.springs(), system.springs.ends, strict=True):
         settings, tension = scene.springs()[force], ports[state.ports.of(f"force.{force}")]
         for i, end in enumerate(ends):
             if end.body == name and isinstance(settings.kind, str) and settings.kind in ("spring", "bushing"):
                 place = spring_place(scene, force, settings, system.bodies, i) - np.asarray(scene.body[name].position)
                 push = (1 - 2 * i) * tension @ system.springs.motions[system.springs.of(force), :3]
-                on_rows = tension @ end.mix if end.interface in body.modal.loads else none
+                on_rows = tension @ end.mix if end.interface in body.modal.loads else np.zeros(0)
                 yield Acting(name, end.interface, on_rows, push, place)
-    yield from _of_joints(state, ports, body)
 
 
 def _of_joints(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Iterator[Acting]:

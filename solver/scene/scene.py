@@ -8,7 +8,6 @@ from pydantic import Field, model_validator
 from gudgeon.solver.capabilities import INTEGRATORS, Feature, Integrator
 from gudgeon.solver.forces import Force, OverTime
 from gudgeon.solver.forces.bushing import Bushing
-from gudgeon.solver.forces.dashpots import Dashpots
 from gudgeon.solver.forces.external import ExternalForce
 from gudgeon.solver.forces.fields.electrostatic import (
     Adhesion,
@@ -19,7 +18,7 @@ from gudgeon.solver.forces.fields.electrostatic import (
 )
 from gudgeon.solver.forces.gas import GasPressure
 from gudgeon.solver.forces.given import GivenForce, GivenTorque, GivenWrench
-from gudgeon.solver.forces.load_stiffness import LoadStiffness
+from gudgeon.solver.forces.load_stiffness import Made
 from gudgeon.solver.forces.moving import MovingForce
 from gudgeon.solver.forces.spring import Spring
 from gudgeon.solver.joints import Joint
@@ -207,7 +206,7 @@ class Scene(Strict):
         return {
             n: f
             for n, f in self.force.items()
-            if not isinstance(f, Spring | Bushing | Dashpots | LoadStiffness | FieldForce | ElectrostaticPressure)
+            if not isinstance(f, Spring | Bushing | Made | FieldForce | ElectrostaticPressure)
         }
 
     def over_time(self) -> dict[str, OverTime]:
@@ -228,7 +227,7 @@ class Scene(Strict):
 
     def springs(self) -> dict[str, Spring | Bushing]:
         """Return the springs and bushings of the scene by name, in a system with the dashpots of bodies."""
-        return {n: f for n, f in self.force.items() if isinstance(f, Spring | Bushing | Dashpots | LoadStiffness)}
+        return {n: f for n, f in self.force.items() if isinstance(f, Spring | Bushing | Made)}
 
     def carriers(self) -> list[str]:
         """Return the integrators that support all features of the scene, in the order in which `auto` prefers them."""

@@ -82,7 +82,11 @@ def component_products(
     recompute = bool(change) and component.change.update == "recompute"
     moved = {"base": base.key, "profile": change, "morph": code_digests()["morph"]}
     mesh = product("mesh", name, moved) if recompute else base
-    masses = {key: item.model_dump(mode="json") for key, item in component.point_mass.items()}
+    asked = {
+        "friction_on": list(rubbed), "gravity_along": [list(d) for d in pulled], "turns": turns,
+        "crossed": list(crossed or ()), "held": list(held), "stressed": stressed,
+        "point_mass": {key: item.model_dump(mode="json") for key, item in component.point_mass.items()},
+    }  # fmt: skip
     modes = product(
         "modes", name,
         {
@@ -93,13 +97,7 @@ def component_products(
             "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
             "modes": component.modes.model_dump(mode="json"),
         }
-        | ({"friction_on": list(rubbed)} if rubbed else {})
-        | ({"gravity_along": [list(d) for d in pulled]} if pulled else {})
-        | ({"turns": True} if turns else {})
-        | ({"crossed": list(crossed)} if crossed else {})
-        | ({"held": list(held)} if held else {})
-        | ({"stressed": True} if stressed else {})
-        | ({"point_mass": masses} if masses else {}),
+        | {key: value for key, value in asked.items() if value},
     )  # fmt: skip
     update = component.change.update if change else "none"
     morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})

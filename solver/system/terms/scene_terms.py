@@ -166,10 +166,10 @@ def _floating(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     if settings.attached_to is not None:
         moments.append(f"modes:loads/{settings.attached_to}")
     yield Term("inertia couplings", body, turns and stock.elastic, reason, tuple(moments))
-    stiffened = (stock.elastic or not turns) and settings.geometric_stiffness
-    if stock.elastic or not turns:
+    stiffened = turns and stock.elastic and settings.geometric_stiffness
+    if turns and stock.elastic:
         reason = f"geometric_stiffness is {str(settings.geometric_stiffness).lower()}"
-    fields = ("modes:inertia_couplings/centrifugal_stiffness",) if turns else ()
+    fields = ("modes:inertia_couplings/centrifugal_stiffness",)
     yield Term("geometric stiffness", body, stiffened, reason, fields)
 
 
