@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, Trajectory
 from gudgeon.solver.scene.probe import ForceProbe, PointProbe
 from gudgeon.solver.system.system import System
 
@@ -16,6 +16,8 @@ ALLOWED = 1e-5
 """Allowed relative difference of what is said twice: round-off of sums over up to 10⁹ steps."""
 SLIDING = 1e-4
 """That of the momentum of bodies that slide over traction spaces, whose functions move under the points in a sample."""
+AT_ONCE = 1e-6
+"""Time between an impact and a frame, over that between samples, at which they are at one time."""
 BETWEEN = ("explicit", "collocation")
 """Integrators whose energies are of other times of a step than their frames: half steps, or points of collocation."""
 EXACT = "event"
@@ -74,6 +76,8 @@ def _momenta(system: System, trajectory: Trajectory) -> Iterator[tuple[str, floa
         or system.scene.capabilities.turns
     ):
         return
+    if _strikes(trajectory, trajectory.frame_times[-1:]):
+        return
     interval, count = float(trajectory.times[0]), round(trajectory.frame_times[-1] / trajectory.times[0])
     end = system.of_records(trajectory.velocities[-1:])[0]
     for name, body in system.bodies.items():
@@ -97,6 +101,13 @@ def _momenta(system: System, trajectory: Trajectory) -> Iterator[tuple[str, floa
             yield f"momentum of body.{name}", float(error.max()) / max(size, MOVING * round_off)
 
 
+def _strikes(trajectory: Trajectory, times: np.ndarray) -> bool:
+    """Return whether an impact begins or ends at one of some times [s], (t,)."""
+    ends = [impacts[:, [BEGINS, ENDS]].ravel() for impacts in trajectory.impacts.values()]
+    moments = np.concatenate([*ends, np.empty(0)])
+    return bool((np.abs(moments[:, None] - times) <= AT_ONCE * trajectory.times[0]).any())
+
+
 def _energies(system: System, trajectory: Trajectory) -> Iterator[tuple[str, float]]:
     """Yield the differences of kinetic and strain energy from those of the frames."""
     if system.scene.capabilities.turns or trajectory.counts["integrator"] in BETWEEN:
@@ -106,6 +117,8 @@ def _energies(system: System, trajectory: Trajectory) -> Iterator[tuple[str, flo
     size = float(np.abs(trajectory.energies).max(initial=0.0))
     if not size > 0:
         return
+    if _strikes(trajectory, trajectory.frame_times):
+        return  # Velocities jump there: a frame has those before an impact, or those after it.
     kinetic = trajectory.energies[rows, 0] - 0.5 * np.einsum("fi,fi->f", v, v)
     yield "kinetic energy", float(np.abs(kinetic).max()) / size
     if trajectory.counts["integrator"] == EXACT and not len(system.springs.stiffness):
