@@ -7,14 +7,14 @@ from importlib import import_module
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, ROTATION_NOTES, Trajectory
+from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, RECORD_NOTES, ROTATION_NOTES, Trajectory
 from gudgeon.solver.accuracy import controlled, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
-from gudgeon.solver.errors import SceneError, SolverError
+from gudgeon.solver.errors import SceneError
 from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread, step_factor
@@ -265,10 +265,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         ending = _created_energy(system, ending, histories, schedule.interval, points_left=bool(end.left))
     end = replace(end, impacts=integrator.impacts())
     trajectory = trajectory_of(system, plan, end, histories, ending)
-    if result.ok and (contradiction := unequal(system, trajectory)):
-        raise SolverError(contradiction)
-    notes = limits.notes()
-    return replace(trajectory, counts=trajectory.counts | {ROTATION_NOTES: "\n".join(notes)}) if notes else trajectory
+    notes = {ROTATION_NOTES: "\n".join(limits.notes()), RECORD_NOTES: unequal(system, trajectory) if result.ok else ""}
+    return replace(trajectory, counts=trajectory.counts | {name: text for name, text in notes.items() if text})
 
 
 def _record(histories: Histories, frame: int, outcome: Outcome) -> None:

@@ -32,7 +32,9 @@ ROTATION_NOTES = "rotation_notes"
 """Entry of `Trajectory.counts`: what is to be said of bodies that turned beyond small motion, one sentence a line."""
 SAMPLE_NOTES = "sample_notes"
 """Entry of `Trajectory.counts`: what is to be said of probes that vibrate between samples, one sentence a line."""
-NOTES = (FRICTION_NOTES, LINKAGE_NOTES, ROTATION_NOTES, EDGE_NOTES, SAMPLE_NOTES)
+RECORD_NOTES = "record_notes"
+"""Entry of `Trajectory.counts`: what the record says twice and not alike, in one sentence."""
+NOTES = (FRICTION_NOTES, LINKAGE_NOTES, ROTATION_NOTES, EDGE_NOTES, SAMPLE_NOTES, RECORD_NOTES)
 
 WEAR = "wear"
 """Entry of `Trajectory.counts`: by joint that wears, lists over evenly spaced angles from zero, one for each touching

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import RECORD_NOTES, Trajectory
 from gudgeon.solver import simulate as module
-from gudgeon.solver.errors import SolverError
 from gudgeon.solver.results.written import disagreements, unequal
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.system import System
@@ -65,9 +64,7 @@ def test_a_fault_is_found(fault: str, ran: tuple[System, Trajectory]) -> None:
     assert name in unequal(system, replace(run, **change(run)))
 
 
-def test_a_run_that_contradicts_itself_is_not_kept(
-    ran: tuple[System, Trajectory], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_contradicts_itself_says_so(ran: tuple[System, Trajectory], monkeypatch: pytest.MonkeyPatch) -> None:
     made = module.trajectory_of
 
     def scaled(*arguments: Any) -> Trajectory:
@@ -75,10 +72,8 @@ def test_a_run_that_contradicts_itself_is_not_kept(
         return replace(run, **contact(run, force=np.asarray(1.001 * run.contacts["wall"].force)))
 
     monkeypatch.setattr(module, "trajectory_of", scaled)
-    with pytest.raises(
-        SolverError, match=r"the record contradicts itself: impulse of contact.wall, relative difference"
-    ):
-        simulate(ran[0])
+    note = simulate(ran[0]).counts[RECORD_NOTES]
+    assert note.startswith("the record contradicts itself: impulse of contact.wall, relative difference")
 
 
 def test_frames_at_the_time_of_an_impact_are_not_compared(ran: tuple[System, Trajectory]) -> None:
