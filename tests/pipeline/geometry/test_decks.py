@@ -66,6 +66,7 @@ INP: dict[str, str] = {
     "a set on nodes": "*NODE, NSET=FOOT\n" + rows(POINTS[:3], (1, 2, 3)) + "*NODE\n" + rows(POINTS[3:], (4,)) + SOLID,
     "GENERATE": NODES + SOLID + "*NSET, NSET=FOOT, GENERATE\n1, 3, 2\n2, 2\n",
     "a set of sets, before them": NODES + SOLID + "*NSET, NSET=FOOT\nLeft, 3\n*NSET, NSET=LEFT\n1, 2\n",
+    "a surface by the name of its set": NODES + SOLID + FOOT + "*SURFACE, NAME=Foot, TYPE=NODE\nfoot\n",
     "the nodes of a set of elements": NODES + SOLID + "*ELEMENT, TYPE=S3, ELSET=SKIN\n2, 1, 2, 3\n"
     "*NSET, NSET=FOOT, ELSET=SKIN\n",
     "a surface of faces": NODES + SOLID + "*SURFACE, NAME=FOOT\n1, S1\n",

@@ -162,7 +162,8 @@ class Sets:
             self.nodes.add(name, keyword.source, np.empty(0, np.int64), instance)
             for row in keyword.rows:
                 for members in _words(row.words()[:1]):
-                    self.nodes.add(name, row.source, members, instance)
+                    if not isinstance(members, str) or members.casefold() != name.casefold():
+                        self.nodes.add(name, row.source, members, instance)  # A surface may have the name of its set.
         elif kind == "ELEMENT":
             sides = self._surfaces.setdefault(name, [])
             for row in keyword.rows:
