@@ -57,13 +57,14 @@ def rod(tmp_path_factory: pytest.TempPathFactory) -> Run:
 def test_pictures_of_a_skirt(skirt: Run, tmp_path: Path) -> None:
     drawn, notes = skirt.render(tmp_path)
     assert notes == []
-    names = ["force.png", "energy.png", "pressure.png", "pressure.mp4", "deformation.png", "modes.png", "impact.mp4"]
+    flat = ["force.png", "energy.png", "impacts.png", "pressure.png", "pressure.mp4"]
+    names = [*flat, "deformation.png", "modes.png", "impact.mp4"]
     assert [path.name for path in drawn] == names
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     for path in drawn:
         if path.suffix == ".png":
             assert_picture(path)
-    film = imageio.imread(drawn[3])
+    film = imageio.imread(drawn[4])
     assert film.shape[1:] == (1200, 1600, 3)
     assert np.ptp(film.astype(int), axis=0).max() > 100
     movie = imageio.imread(drawn[-1])
@@ -78,7 +79,7 @@ def test_pictures_of_a_skirt(skirt: Run, tmp_path: Path) -> None:
 def test_pictures_of_a_rod(rod: Run, tmp_path: Path) -> None:
     drawn, notes = rod.render(tmp_path)
     assert notes == []
-    assert [path.name for path in drawn] == ["force.png", "energy.png", "deformation.png", "modes.png"]
+    assert [path.name for path in drawn] == ["force.png", "energy.png", "impacts.png", "deformation.png", "modes.png"]
     for path in drawn:
         assert_picture(path)
 
@@ -174,7 +175,7 @@ def test_crash_of_rendering_spares_the_rest(skirt: Run, tmp_path: Path, monkeypa
     assert sorted(path.name for path in out.iterdir()) == ["energy.png", "force.png", "pressure.mp4", "pressure.png"]
 
 
-FLAT = ["energy.png", "force.png", "pressure.mp4", "pressure.png"]
+FLAT = ["energy.png", "force.png", "impacts.png", "pressure.mp4", "pressure.png"]
 
 
 @pytest.mark.parametrize("last", ["force.png", "pressure.mp4"], ids=["between pictures", "after them"])
