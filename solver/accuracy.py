@@ -51,18 +51,21 @@ class Difference(NamedTuple):
     """Largest difference of the coordinates at a frame over their largest values; 0 where there are contacts."""
 
 
-def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) -> tuple[Trajectory, Plan]:
+def controlled(
+    system: System, trajectory: Trajectory, plan: Plan, run: Callable[[Plan], Trajectory]
+) -> tuple[Trajectory, Plan]:
     """Return the first run whose estimated errors are below an accuracy, and its plan: a given one with halved steps.
 
     A run whose errors stay above it at every step tried, or do not decrease, ends as `Result.INACCURATE`.
 
     Args:
-        plan: Of the largest steps.
+        trajectory: The run of the largest steps.
+        plan: Theirs.
         run: Integrates a plan.
     """
     settings = system.scene.run
     accuracy = settings.accuracy or ACCURACY
-    trajectory, halvings, jump, largest_before = run(plan), 0, 1, 0.0
+    halvings, jump, largest_before = 0, 1, 0.0
     # The loop over ports keeps its energy at any step: this does not tell when a step is too long. Differences of
     # irregular impacts are small by chance, too: two in a row have to be, of half the accuracy, unless steps resolve
     # contact.
@@ -82,7 +85,7 @@ def controlled(system: System, plan: Plan, run: Callable[[Plan], Trajectory]) ->
             if halvings >= MOST_HALVINGS:
                 return replace(trajectory, result=Result.INACCURATE.name), finer
             continue
-        differences = difference(before, trajectory, system.window)
+        differences = difference(before, trajectory, system.separation)
         largest = max(differences)
         errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
         trajectory = replace(trajectory, estimates=trajectory.estimates | errors)
@@ -123,7 +126,7 @@ def with_step_estimates(
         raise RunStopped
     if not Result[against.result].ok:
         return trajectory
-    differences = difference(against, trajectory, system.window)._asdict()
+    differences = difference(against, trajectory, system.separation)._asdict()
     errors = {f"step.{name}": value * (1 if longer else 2) for name, value in differences.items() if value}
     return replace(trajectory, estimates=trajectory.estimates | errors)
 

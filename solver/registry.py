@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-WINDOW = "mean over the window of the mean over the window, `run.window`"
-APART = "the window, `run.window`"
+WINDOW = "mean over the window of the mean over the window, `force_window`"
+APART = "`run.window`"
 WHOLE = "not limited"
 STEPS = "mean over one step of the integrator; the force itself where its motion is exact"
 
@@ -29,7 +29,7 @@ REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "impulse", "N s", "Size of the integral over the run of the resultant of the normal forces.",
              _SIZE),
     Quantity("contact", "impacts", "1", "Number of impacts: times in which a normal force acts, those separated by less"
-             " than the window counted as one.", _SIZE, APART),
+             " than `run.window` counted as one.", _SIZE, APART),
     Quantity("contact", "start", "s", "Start of the first impact: zero of the gap of the point that touches, linear"
              " within a step.", _SIZE),
     Quantity("contact", "end", "s", "End of the last impact: the normal force becomes zero; the end of the run where it"
@@ -39,7 +39,13 @@ REGISTRY: tuple[Quantity, ...] = (
              " of the normal forces, a weight that rises and falls linearly over W each: max |I(t + W) − 2 I(t) +"
              " I(t − W)| / W² with I its double integral and W the window, without force before and after the impact."
              " Absent where impacts are jumps of velocity and there is no window.", _SIZE, WINDOW),
-    Quantity("contact", "force_window", "s", "The window W of `force_peak`; 0: the force is not averaged.", _SIZE),
+    Quantity("contact", "force_window", "s", "The window W of `force_peak`: `run.window`, by default a tenth of the"
+             " hardest impact, at most `resolved_window`; 0: the force is not averaged.", _SIZE),
+    Quantity("contact", "force_resolved", "N", "As `force_peak`, over `resolved_window`: the force that the modes"
+             " resolve. Given where `force_window` follows an impact and is below the shortest kept period.", _SIZE,
+             "mean over the window of the mean over the window, `resolved_window`"),
+    Quantity("contact", "resolved_window", "s", "The window of `force_resolved`, 2.5 periods of the highest kept"
+             " frequency; one period with laws that begin at no stiffness.", _SIZE),
     Quantity("contact", "force_peak_raw", "N", "Largest resultant of the normal forces. It contains the cut-off"
              " frequency of the modal basis, and does not converge with the number of modes. Absent where impacts are"
              " jumps of velocity.", _SIZE, STEPS),

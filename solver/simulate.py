@@ -7,20 +7,30 @@ from importlib import import_module
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import FRICTION_NOTES, RECORD_NOTES, ROTATION_NOTES, Trajectory
+from gudgeon.modaldb.records.trajectory import (
+    BEGINS,
+    CLOSING,
+    FRICTION_NOTES,
+    RECORD_NOTES,
+    ROTATION_NOTES,
+    Trajectory,
+)
 from gudgeon.solver.accuracy import controlled, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
-from gudgeon.solver.checks.basis import with_basis_estimates
+from gudgeon.solver.checks.basis import SAMPLES, Run, with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
+from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes, slanting_notes
+from gudgeon.solver.checks.resolved import passed_over, with_peaks, with_resolved_forces
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.choice import choose
+from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread, step_factor
 from gudgeon.solver.integrators.swapped import Swapped
 from gudgeon.solver.linear.load_stiffness import with_load_stiffness
 from gudgeon.solver.ports.rest import at_rest
+from gudgeon.solver.ports.undetermined import undetermined_notes
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.leaving import left_text
@@ -43,10 +53,12 @@ COMPARED = 1e-5
 JUDGED = 200
 """Least number of frames by which errors of steps are judged where nothing touches: the default. Of fewer ones all may
 be at a zero of the motion."""
-FLAT = 1e-3
-"""Difference of the normals of a flat face."""
-SLANT = 0.01
-"""Angle between a face's normal and the direction to its obstacle from which on it is said [rad]."""
+MOST_SAMPLES = 1_000_000
+"""Largest number of samples of a run by which errors of forces over short windows are estimated."""
+PHASE = 0.1
+"""Phase of the highest frequency between samples by which its peaks are found to (ω h)²/8, 0.1 % [rad]."""
+TURNING_SAMPLES = 40_000
+"""Largest number of such samples of bodies that turn, each of which takes longer than one of small motion."""
 Progress = Callable[[float], None]
 """Called with the completed share after every frame. `RunStopped` ends the run with its frames so far as the result;
 any other exception that it raises ends it without one."""
@@ -100,64 +112,75 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         refuse_unread(system, plan.step)
     notes += [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
-    notes += adjusted_notes(system) + slanting_notes(system)
+    notes += adjusted_notes(system) + slanting_notes(system) + overhang_notes(system)
     trajectory = _simulated(system, plan, progress)
+    notes += undetermined_notes(system, trajectory)
     return replace(trajectory, counts=trajectory.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else trajectory
-
-
-def adjusted_notes(system: System) -> list[str]:
-    """Return a sentence for each contact whose points were moved onto what they touch."""
-    moved = [(c, int((c.adjusted > 0).sum())) for c in system.contacts]
-    return [
-        f"contact.{contact.name}.adjust moved {count} of {len(contact.points)} points out of what they touch, by up to"
-        f" {contact.adjusted.max():.3g} m"
-        for contact, count in moved
-        if count
-    ]
-
-
-def slanting_notes(system: System) -> list[str]:
-    """Return a sentence for each contact of a flat face that is off the direction to its obstacle, and whose body has
-    modes that lack rows across it. A bar, of one rigid motion, does not move across."""
-    notes = []
-    for contact in system.contacts if not system.scene.capabilities.turns else ():
-        modal = system.bodies[contact.body].modal
-        face = modal.interfaces[contact.interface]
-        has_rows = (
-            face.tangential_rows is not None or not len(modal.angular_frequencies) or len(modal.rigid_twists) == 1
-        )
-        if has_rows or np.ptp(face.normals, axis=0).max(initial=0.0) > FLAT:
-            continue
-        cosines = -np.einsum("ci,ci->c", contact.directions, face.normals)
-        angle = float(np.arccos(np.clip(cosines, -1.0, 1.0)).max(initial=0.0))
-        if angle > SLANT:
-            notes.append(
-                f"contact.{contact.name}: the face of '{contact.interface}' is {np.degrees(angle):.2g} degrees off the"
-                " direction to its obstacle, and modes act along its own normal; set"
-                f" contact.{contact.name}.friction.static = 1e-9, with which they have rows across it"
-            )
-    return notes
 
 
 def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     """Integrate a system with the steps of a plan, or with controlled ones."""
     run = system.scene.run
     fixed = plan.fixed_step is not None or (run.step is not None and not plan.integrator.own_steps)
-    if not run.checks:
-        return _march(system, plan, progress)
-    judged = _well_sampled(system)
-    if plan.integrator.own_steps or fixed:
-        trajectory = _march(system, plan, progress)
-    else:
-        first_plan = plan_run(judged, COARSER)
-        trajectory, finest = controlled(judged, first_plan, lambda trial: _march(judged, trial, progress))
-        if judged is system or trajectory.result == Result.STOPPED.name:
-            plan = finest
-        else:
-            plan = plan.within(finest.step)
-            trajectory = _as_judged(_march(system, plan, progress), trajectory)
-    if not Result[trajectory.result].ok:
+    controls = run.checks and not plan.integrator.own_steps and not fixed
+    judged = _well_sampled(system) if run.checks else system
+    first_system, first_plan = (judged, plan_run(judged, COARSER)) if controls else (system, plan)
+    wide = trajectory = _march(first_system, first_plan, progress)
+    if wide.result != Result.STOPPED.name and (windowed := first_system.windowed(wide.impacts)) is not first_system:
+        system = judged = windowed  # It has contacts, so that both are one.
+        trajectory = _march(windowed, first_plan, progress)
+    if controls and trajectory.result != Result.STOPPED.name:
+        trajectory, plan = _controlled((system, judged), trajectory, (plan, first_plan), progress)
+    trajectory = _with_peaks(system, with_resolved_forces(system, trajectory, wide), plan, progress)
+    if not run.checks or not Result[trajectory.result].ok:
         return trajectory
+    try:
+        if fixed:
+            trajectory = _with_step_estimates(judged, trajectory, plan, lambda trial: _march(judged, trial, progress))
+        return _estimated(system, trajectory, plan, progress)
+    except RunStopped:
+        return replace(trajectory, result=Result.STOPPED.name, counts=trajectory.counts | {"reason": ESTIMATING})
+
+
+def _controlled(
+    systems: tuple[System, System], trajectory: Trajectory, plans: tuple[Plan, Plan], progress: Progress | None
+) -> tuple[Trajectory, Plan]:
+    """Return the run of a system with steps that are controlled, and its plan.
+
+    Args:
+        systems: The one to run, and the one by whose frames steps are judged.
+        trajectory: Of the latter, with its first steps.
+        plans: Of the run, and of these steps.
+    """
+    (system, judged), (plan, first_plan) = systems, plans
+    found, finest = controlled(judged, trajectory, first_plan, lambda trial: _march(judged, trial, progress))
+    if judged is system or found.result == Result.STOPPED.name:
+        return found, finest
+    plan = plan.within(finest.step)
+    return _as_judged(_march(system, plan, progress), found), plan
+
+
+def _with_peaks(system: System, trajectory: Trajectory, plan: Plan, progress: Progress | None) -> Trajectory:
+    """Return a run with peaks of its steps, or of closer samples, where its samples pass over them."""
+    run = system.scene.run
+    if not Result[trajectory.result].ok or not passed_over(system, trajectory):
+        return trajectory
+    try:
+        highest = critical_frequency(system)
+    except SolverError:  # Points without compliance have no frequency.
+        highest = float(np.sqrt(system.stiffness.max(initial=0.0)))
+    if highest <= 0:
+        return trajectory
+    interval = max(PHASE / highest, run.duration / TURNING_SAMPLES if plan.integrator.turns else 0.0)
+    closer = plan.sampled(interval)
+    if closer.schedule == plan.schedule:
+        return trajectory
+    close = _march(system, closer, progress)
+    return with_peaks(trajectory, close) if Result[close.result].ok else trajectory
+
+
+def _estimated(system: System, trajectory: Trajectory, plan: Plan, progress: Progress | None) -> Trajectory:
+    """Return a finished run with its errors by basis, mesh and layers; RunStopped where it is stopped meanwhile."""
 
     def compared(changed: System, interval: float) -> Trajectory:
         if plan.integrator.turns:
@@ -167,14 +190,22 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
             raise RunStopped
         return run
 
-    try:
-        if fixed:
-            trajectory = _with_step_estimates(judged, trajectory, plan, lambda trial: _march(judged, trial, progress))
-        for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates, with_grid_estimates):
-            trajectory = estimated(system, trajectory, compared)
+    sampled = _resolving(system, trajectory, compared)
+    interval = float(sampled.times[0])
+    for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates, with_grid_estimates):
+        sampled = estimated(system, sampled, lambda changed, step: compared(changed, min(step, interval)))
+    counts = {name: count for name, count in sampled.counts.items() if name not in trajectory.counts}
+    return replace(trajectory, estimates=trajectory.estimates | sampled.estimates, counts=trajectory.counts | counts)
+
+
+def _resolving(system: System, trajectory: Trajectory, run: Run) -> Trajectory:
+    """Return a run with samples that resolve the windows of its forces, which follow impacts; itself if they do."""
+    interval = min(system.impact_windows.values(), default=np.inf) / SAMPLES
+    few = system.scene.run.duration < interval * MOST_SAMPLES
+    if system.scene.capabilities.turns or not few or float(trajectory.times[0]) <= interval:
         return trajectory
-    except RunStopped:
-        return replace(trajectory, result=Result.STOPPED.name, counts=trajectory.counts | {"reason": ESTIMATING})
+    sampled = run(system, interval)
+    return replace(sampled, estimates=trajectory.estimates) if Result[sampled.result].ok else trajectory
 
 
 def _well_sampled(system: System) -> System:
@@ -263,10 +294,19 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     ending = Ending(result, reason, drift)
     if result.ok and drift > CREATED_ENERGY:
         ending = _created_energy(system, ending, histories, schedule.interval, points_left=bool(end.left))
-    end = replace(end, impacts=integrator.impacts())
+    end = replace(end, impacts=_from_rest(system, integrator.impacts(), schedule.dt))
     trajectory = trajectory_of(system, plan, end, histories, ending)
     notes = {ROTATION_NOTES: "\n".join(limits.notes()), RECORD_NOTES: unequal(system, trajectory) if result.ok else ""}
     return replace(trajectory, counts=trajectory.counts | {name: text for name, text in notes.items() if text})
+
+
+def _from_rest(system: System, impacts: list[np.ndarray], step: float) -> list[np.ndarray]:
+    """Return impacts, (b, 9) each, of which the first begins at 0 without speed where the contact presses at rest."""
+    for contact, contact_impacts in zip(system.contacts, impacts, strict=True):
+        pressed = len(contact_impacts) and np.any(system.start_forces[contact.rows] > 0)
+        if pressed and contact_impacts[0, BEGINS] <= step:
+            contact_impacts[0, [BEGINS, CLOSING]] = 0.0
+    return impacts
 
 
 def _record(histories: Histories, frame: int, outcome: Outcome) -> None:

@@ -127,7 +127,7 @@ def posts():
     """Return the component of the elastic load cells, their bodies, joints and probes."""
     component = [
         "[component.cell]", "material = { E = 210e9, nu = 0.3, rho = 7850.0 }", "mesh = { size = 0.01 }", "",
-        "[component.cell.geometry]", 'kind = "frame"',
+        "[component.cell.geometry]", 'kind = "frame"', 'theory = "euler-bernoulli"',
         'section = { kind = "rectangle", width = 0.012, height = 0.012 }', "",
         "[component.cell.geometry.nodes]", "foot = [0.0, 0.0, 0.0]", f"top = [0.0, 0.0, {POST}]", "",
         "[component.cell.geometry.members]", 'post = { start = "foot", end = "top", up = [1.0, 0.0, 0.0] }', "",

@@ -160,7 +160,7 @@ def rows(impacts: Mapping[str, Impact], methods: Mapping[str, Any], counts: Sequ
                 for count in counts:
                     system = compiled(impact, count, contact, folder)
                     found = simulate(system)
-                    ours, true = (measured(one, system.window) for one in (found, references[law]))
+                    ours, true = (measured(one, system.separation) for one in (found, references[law]))
                     errors = [*np.abs(ours / true - 1)[:2], np.abs(ours - true)[2:].max()]
                     cells = [
                         f"{error:.2%} ({found.estimates[f'basis.{one}']:.2%})"

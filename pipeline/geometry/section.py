@@ -160,5 +160,10 @@ class General(Strict):
     )
 
 
+def shear_coefficient_of(section: "Rectangle | Circle | IBeam | General") -> float | None:
+    """Return the shear coefficient κ of a section, as given or by its form; None of one that states none."""
+    return section.shear_form if section.shear_coefficient is None else section.shear_coefficient
+
+
 Section = Annotated[Rectangle | Circle | IBeam | General, Field(discriminator="kind")]
 """Any section, discriminated by its `kind`."""

@@ -9,7 +9,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.beam import element_lengths, shear_force, turn_gradient
-from gudgeon.pipeline.fem.elements.frame import Line, hermite, turns
+from gudgeon.pipeline.fem.elements.frame import Bending, Line, shear_parameters, turns
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.geometry.section import Circle
@@ -103,8 +103,10 @@ def _in_space(
     h, turn, rows = element_lengths(mesh)[cells], turns(beam.element_axes(mesh)[cells]), np.zeros((len(cells), 12))
     position = (mesh.cells[cells] == node) @ np.array([0.0, 1.0])
     I = beam.section.second_moment
+    phi = shear_parameters(h, material, beam)
     for e, length in enumerate(h):
-        bends, ends = (hermite(h[e : e + 1], x, -1.0)[1][0] for x in (position[e : e + 1], np.array([0.0, 1.0])))
+        up, west = (Bending(h[e : e + 1], sign, f[e : e + 1]) for sign, f in zip((-1.0, 1.0), phi, strict=True))
+        bends, ends = up.curvatures(position[e : e + 1])[0], up.curvatures(np.array([0.0, 1.0]))[0]
         if gauge.quantity == "bending-moment":
             rows[e, UP] = material.E * I * bends[:, 0]
         elif gauge.quantity == "shear-force":
@@ -113,7 +115,7 @@ def _in_space(
             y, z = _fibre(beam, gauge, key)
             rows[e, AXIAL] = -1 / length, 1 / length
             rows[e, UP] = -z * bends[:, 0]
-            rows[e, WEST] = -y * hermite(h[e : e + 1], position[e : e + 1], 1.0)[1][0][:, 0]
+            rows[e, WEST] = -y * west.curvatures(position[e : e + 1])[0][:, 0]
             rows[e] *= 1.0 if gauge.quantity == "strain" else material.E
     return cells, np.einsum("eai,ea->ei", turn, rows)
 

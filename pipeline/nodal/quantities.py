@@ -7,6 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, ENDS, OPENING
 from gudgeon.modaldb.records.types import Json
 from gudgeon.pipeline.nodal.problem import NodalLoad, PointContact
+from gudgeon.solver.contact.windows import impact_window
 from gudgeon.solver.results.contact_events import (
     Quantity,
     deflection,
@@ -45,24 +46,30 @@ def resolved(times: np.ndarray) -> float:
     return 2 * np.pi * (step**2 * duration / 12) ** (1 / 3)
 
 
-def window_of(prescribed: float | None, times: np.ndarray, contact: PointContact | None, elastic: bool) -> float:
-    """Return the window of forces and impacts [s]: `run.window`, or the shortest period that the run resolves.
+def windows_of(
+    prescribed: float | None, times: np.ndarray, contact: PointContact | None, elastic: bool, forces: np.ndarray
+) -> tuple[float, float]:
+    """Return the time below which impacts are one, and the window of forces [s]: both `run.window` where it is given.
 
-    A law limits the bandwidth of its force: two steps resolve it. A rigid contact of elastic bodies opens and closes
-    faster than steps resolve. Impacts of rigid bodies are told apart.
+    By default the first is the shortest period that the run resolves. A law limits the bandwidth of its force: two
+    steps resolve it. A rigid contact of elastic bodies opens and closes faster than steps resolve. Impacts of rigid
+    bodies are told apart. The second follows the hardest impact.
 
     Args:
         contact: None of a sliding contact.
         elastic: Whether any body is elastic.
+        forces: Resultant over each step [N], (s, 3).
     """
     if prescribed is not None:
-        return prescribed
+        return prescribed, prescribed
     if not elastic:
-        return 0.0
-    return resolved(times) if contact is None or contact.law is None else 2 * float(times[1] - times[0])
+        return 0.0, 0.0
+    lawful = contact is not None and contact.law is not None
+    separation = 2 * float(times[1] - times[0]) if lawful else resolved(times)
+    return separation, impact_window(impacts_in(times, forces, separation, 0.0), separation)
 
 
-def located(history: History, directions: np.ndarray, window: float, *, rigid: bool) -> np.ndarray:
+def located(history: History, directions: np.ndarray, windows: tuple[float, float], *, rigid: bool) -> np.ndarray:
     """Return the impacts of a contact as in `Trajectory.impacts`, (b, 9), by the gap of its nearest point.
 
     With a law an impact begins and ends where the gap, linear in the step, passes zero. A rigid contact closes where
@@ -70,11 +77,11 @@ def located(history: History, directions: np.ndarray, window: float, *, rigid: b
 
     Args:
         directions: Of the force of each point, (c, 3).
-        window: As in `window_of` [s].
+        windows: As in `windows_of` [s].
         rigid: Whether the contact has no law.
     """
     times, gap = history.times, history.gaps.min(axis=1)
-    impacts, h = impacts_in(times, history.forces @ directions, window), float(times[1] - times[0])
+    impacts, h = impacts_in(times, history.forces @ directions, *windows), float(times[1] - times[0])
     # Closing speed in each step; before the first step the speed at the start.
     speeds = np.concatenate([[-history.rates.min()], -np.diff(gap) / h, [0.0]])
     for impact in impacts:
@@ -89,19 +96,22 @@ def located(history: History, directions: np.ndarray, window: float, *, rigid: b
 
 
 def contact_quantities(
-    history: History, contact: PointContact, motions: tuple[np.ndarray, np.ndarray | None], window: float
+    history: History,
+    contact: PointContact,
+    motions: tuple[np.ndarray, np.ndarray | None],
+    windows: tuple[float, float],
 ) -> dict[str, Quantity]:
     """Return impulse, impacts, peak force and rebound of a contact.
 
     Args:
         motions: Of the centres of its body and of the other, see `NodalBody.centre_motion`; None of a rigid obstacle.
             A body that meets itself does not rebound.
-        window: As in `window_of` [s].
+        windows: As in `windows_of` [s].
     """
     impulse = float(history.times[1] - history.times[0]) * (history.forces @ contact.directions).sum(axis=0)
     size = float(np.linalg.norm(impulse))
     values: dict[str, Quantity] = {"impulse": (size, "N s")}
-    values |= impact_quantities(located(history, contact.directions, window, rigid=contact.law is None), window)
+    values |= impact_quantities(located(history, contact.directions, windows, rigid=contact.law is None), windows[1])
     if size == 0 or contact.other == contact.body:
         return values
     body_velocity, partner_velocity = (None if motion is None else motion[0, :3] for motion in motions)
@@ -109,17 +119,17 @@ def contact_quantities(
     return values | rebound(impulse / size, body_velocity, partner_velocity)
 
 
-def resultant_quantities(times: np.ndarray, forces: np.ndarray, window: float) -> dict[str, Quantity]:
+def resultant_quantities(times: np.ndarray, forces: np.ndarray, windows: tuple[float, float]) -> dict[str, Quantity]:
     """Return impulse, impacts and peak force of a contact from its resultant, where gaps are not recorded.
 
     Args:
         times: Start and ends of the steps [s], (s + 1,).
         forces: Mean over each step [N], (s, 3).
-        window: As in `window_of` [s].
+        windows: As in `windows_of` [s].
     """
     impulse = float(times[1] - times[0]) * forces.sum(axis=0)
     return {"impulse": (float(np.linalg.norm(impulse)), "N s")} | impact_quantities(
-        impacts_in(times, forces, window), window
+        impacts_in(times, forces, *windows), windows[1]
     )
 
 

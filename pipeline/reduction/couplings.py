@@ -18,7 +18,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.modaldb.records.modes import InertiaCouplings
-from gudgeon.pipeline.fem.elements.frame import Line, gauss, hermite, slopes, turns
+from gudgeon.pipeline.fem.elements.frame import Bending, Line, gauss, shear_parameters, turns
 from gudgeon.pipeline.fem.elements.incompatible import mode_slopes
 from gudgeon.pipeline.fem.elements.materials import material_cells
 from gudgeon.pipeline.fem.elements.reference import batches, quadrature
@@ -26,6 +26,7 @@ from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.material import Material
 
 ORDER = 3
 """Degree to which the integral of stress and two gradients is exact on straight quadratic solids."""
@@ -181,8 +182,9 @@ def _of_frame(model: FEModel, Phi: np.ndarray, component: Component) -> tuple[np
     x, weights = gauss(h)
     linear = np.array([1 - x, x])
     along = np.einsum("eam,aq->eqm", local[:, [0, 6]], linear)
-    z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], hermite(h, x, -1.0)[0])
-    y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], hermite(h, x, 1.0)[0])
+    up, west = _bending(h, material, beam)
+    z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], up.deflections(x))
+    y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], west.deflections(x))
     shapes = np.einsum("eqkm,eki->eqim", np.stack([along, y, z], axis=2), axes)
     ends = model.nodes[model.mesh.cells]
     positions = np.einsum("eai,aq->eqi", ends, linear) - model.properties.centre
@@ -191,8 +193,21 @@ def _of_frame(model: FEModel, Phi: np.ndarray, component: Component) -> tuple[np
     polar = material.rho * (beam.section.second_moment + beam.lateral_moment)
     spin = polar * np.einsum("eam,e->em", local[:, [3, 9]], h / 2)
     S += 0.5 * np.einsum("aij,ea,ek->ijk", LEVI, axes[:, 0], spin)
+    if beam.sheared:
+        moments = (beam.section.second_moment, beam.lateral_moment)
+        for axis, moment, dofs, shapes_of in zip(
+            (1, 2), moments, ([2, 4, 8, 10], [1, 5, 7, 11]), (up, west), strict=True
+        ):
+            turn = shapes_of.sign * np.einsum("eam,eaq,eq->em", local[:, dofs], shapes_of.rotations(x), weights)
+            S += 0.5 * material.rho * moment * np.einsum("aij,ea,ek->ijk", LEVI, axes[:, axis], turn)
     G = np.einsum("eqik,eqjl,eq->ijkl", shapes, shapes, mass, optimize=True)
     return np.einsum("eqik,eq->ik", shapes, mass), S, G
+
+
+def _bending(h: np.ndarray, material: Material, beam: Line) -> tuple[Bending, Bending]:
+    """Return the bending of elements towards z, which turns about minus the lateral axis, and along this, about z."""
+    phi = shear_parameters(h, material, beam)
+    return Bending(h, -1.0, phi[0]), Bending(h, 1.0, phi[1])
 
 
 def _local(model: FEModel, Phi: np.ndarray, beam: Line) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -227,8 +242,9 @@ def _centrifugal_frame(model: FEModel, i: int, j: int, component: Component) -> 
     line_load = np.einsum("eki,eqi,eq->ekq", axes, field, material.rho * beam.section.area * weights)
     local = np.zeros((len(h), 12))
     local[:, [0, 6]] = np.einsum("aq,eq->ea", np.array([1 - x, x]), line_load[:, 0])
-    local[:, [2, 4, 8, 10]] = np.einsum("eaq,eq->ea", hermite(h, x, -1.0)[0], line_load[:, 2])
-    local[:, [1, 5, 7, 11]] = np.einsum("eaq,eq->ea", hermite(h, x, 1.0)[0], line_load[:, 1])
+    up, west = _bending(h, material, beam)
+    local[:, [2, 4, 8, 10]] = np.einsum("eaq,eq->ea", up.deflections(x), line_load[:, 2])
+    local[:, [1, 5, 7, 11]] = np.einsum("eaq,eq->ea", west.deflections(x), line_load[:, 1])
     forces = np.zeros((len(model.nodes), 6))
     np.add.at(forces, model.mesh.cells, np.einsum("eai,ea->ei", turns(axes), local).reshape(-1, 2, 6))
     return forces.ravel()
@@ -280,7 +296,8 @@ def _frame_stiffness(model: FEModel, Phi: np.ndarray, component: Component, move
     _, _, local = _local(model, Phi, beam)
     N = material.E * beam.section.area * (loaded[:, 6] - loaded[:, 0]) / h[:, None]
     x, weights = gauss(h)
-    z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], slopes(h, x, -1.0))
-    y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], slopes(h, x, 1.0))
+    up, west = _bending(h, material, beam)
+    z = np.einsum("eam,eaq->eqm", local[:, [2, 4, 8, 10]], up.slopes(x))
+    y = np.einsum("eam,eaq->eqm", local[:, [1, 5, 7, 11]], west.slopes(x))
     integrals = [np.einsum("eqm,eqn,eq,ek->kmn", w, w, weights, N, optimize=True) for w in (y, z)]
     return integrals[0] + integrals[1]

@@ -2,7 +2,8 @@
 
 A run whose step is left out repeats itself with finer steps. A sweep does that in the first run of each integrator and
 gives the step that was found to all others, so that they differ in nothing else and their times are those of one run.
-Peak forces are comparable over one window only: where it is left out, it is that of the scene as it stands.
+Peak forces are comparable over one window only: where it is left out, it is that of the run of the scene as it stands,
+of several contacts the shortest.
 """
 
 from collections.abc import Callable, Sequence
@@ -53,7 +54,7 @@ def with_window(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], f
         A window of 0 where forces are not averaged, the scene's own run is impossible, or a setting has another one.
     """
     try:
-        window = system_of(job).window if job.scene.contact else 0.0
+        window = _found_window(job) if job.scene.contact else 0.0
     except (InputError, StageError, SceneError, SolverError):
         return list(settings), 0.0
     if not window:
@@ -66,6 +67,18 @@ def with_window(job: Job, settings: Sequence[Setting]) -> tuple[list[Setting], f
         settled.append(replace(setting, changes=merged(setting.changes, window_change)))
     windows = {variant(job, setting.changes).scene.run.window for setting in settled}
     return settled, window if windows == {window} else 0.0
+
+
+def _found_window(job: Job) -> float:
+    """Return the window of forces of a job's scene [s]: `run.window`, or the shortest that follows from its run."""
+    if (window := job.scene.run.window) is not None:
+        return window
+    separation = system_of(job).separation
+    if not separation:
+        return 0.0
+    run = made(variant(job, {"run": {"checks": False}}), PATIENCE)
+    windows = [q["value"] for name, q in run.quantities.items() if name.endswith(".force_window")]
+    return min(windows, default=separation)
 
 
 def _step(job: Job) -> tuple[float | None, str]:

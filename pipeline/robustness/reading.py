@@ -234,7 +234,7 @@ def _impacts(system: System, trajectory: Trajectory) -> Impacts | None:
     settings, row, square = scene.contact[contact.name], system.rows[0], float(system.rows[0] @ system.rows[0])
     rigid = not (system.stiffness > 0).any()
     impact = settings.method == "impact"
-    separate = system.window <= LEAST_WINDOW * scene.run.duration
+    separate = system.separation <= LEAST_WINDOW * scene.run.duration
     if settings.friction is not None or not (rigid or impact):
         return None
     e = settings.restitution if impact else _restitution(settings)

@@ -131,29 +131,33 @@ def _errors(system: System, trajectory: Trajectory, run: Run) -> dict[str, float
 
 
 def _changes(
-    systems: list[System], runs: list[Trajectory], windows: list[float], *, pressed: bool
+    systems: list[System], runs: list[Trajectory], windows: list[np.ndarray], *, pressed: bool
 ) -> Iterator[dict[str, float]]:
     """Yield the differences between the runs of each basis and the next smaller one."""
     speed, histories = fastest_body(systems[0]), [readings(s, r) for s, r in zip(systems, runs, strict=True)]
-    for i, window in enumerate(windows):
+    for i, nested_windows in enumerate(windows):
         relative_changes = changes(histories[i], histories[i + 1])
         if pressed:
-            relative_changes |= differences(runs[0], (runs[i], runs[i + 1]), window, speed)
+            relative_changes |= differences(runs[0], (runs[i], runs[i + 1]), nested_windows, speed)
         yield relative_changes
 
 
 def _nested_runs(
     system: System, systems: list[System], trajectory: Trajectory, run: Run
-) -> tuple[list[float], list[Trajectory]]:
-    """Return the window of each pair of bases [s], and the runs of all bases, that of the system first."""
+) -> tuple[list[np.ndarray], list[Trajectory]]:
+    """Return the windows of each pair of bases [s], (k,), and the runs of all bases, that of the system first."""
     if not touches(system, trajectory):
         interval = float(trajectory.times[0])
-        return [0.0] * len(systems), [trajectory, *(run(fewer, interval) for fewer in systems)]
+        return [np.zeros(len(system.contacts))] * len(systems), [
+            trajectory,
+            *(run(fewer, interval) for fewer in systems),
+        ]
     windows = _windows(system, systems)
-    sample_step = windows[0] / SAMPLES if windows[0] > 0 else float(trajectory.times[0])
+    shortest = float(windows[0].min())
+    sample_step = shortest / SAMPLES if shortest > 0 else float(trajectory.times[0])
     if system.scene.capabilities.turns:
         sample_step = max(sample_step, min(system.scene.run.duration / MOST_SAMPLES, float(trajectory.times[0])))
-        windows = [max(window, SAMPLES * sample_step) for window in windows]
+        windows = [np.maximum(w, SAMPLES * sample_step) for w in windows]
     reference = trajectory if trajectory.times[0] <= sample_step * (1 + ROUND_OFF) else run(system, sample_step)
     return windows, [reference, *(run(fewer, sample_step) for fewer in systems)]
 
@@ -182,8 +186,8 @@ def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float
     by_readings = changes(run_readings, readings(weighed_system, weighed_run))
     if not pressed:
         return by_readings
-    window = min(system.window, system.scene.run.duration / max(WINDOWS))
-    return differences(reference, (reference, weighed_run), window, fastest_body(system)) | by_readings
+    windows = np.minimum(system.windows, system.scene.run.duration / max(WINDOWS))
+    return differences(reference, (reference, weighed_run), windows, fastest_body(system)) | by_readings
 
 
 def pushes(trajectory: Trajectory, contact: str) -> np.ndarray:
@@ -199,10 +203,11 @@ def fastest_body(system: System) -> float:
     return float(np.linalg.norm(speeds, axis=1).max())
 
 
-def _windows(system: System, systems: list[System]) -> list[float]:
-    """Return the windows over which the forces of runs with fewer coordinates are compared [s]; 0 for no average."""
-    periods = max(1.0, system.window / system.resolution) if system.resolution > 0 else 0.0
-    return [min(periods * fewer.resolution, system.scene.run.duration / max(WINDOWS)) for fewer in systems]
+def _windows(system: System, systems: list[System]) -> list[np.ndarray]:
+    """Return the windows of contacts over which runs with fewer coordinates are compared [s], (k,); 0: no average."""
+    resolution = system.resolution
+    periods = np.maximum(1.0, system.windows / resolution) if resolution > 0 else np.zeros(len(system.contacts))
+    return [np.minimum(periods * f.resolution, system.scene.run.duration / max(WINDOWS)) for f in systems]
 
 
 def _least(system: System, systems: list[System], trajectory: Trajectory) -> dict[str, float]:
@@ -270,7 +275,7 @@ def _unresolved(system: System, trajectory: Trajectory) -> tuple[float, float, f
         modes[body.elastic] = body.modal.are_modes
     elastic, massless_largest, hidden, rigid = system.stiffness > 0, 0.0, 0.0, 0.0
     system = at_rest(system)
-    for contact in system.contacts:
+    for contact, window in zip(system.contacts, system.windows.tolist(), strict=True):
         impacts, forces = trajectory.impacts[contact.name], pushes(trajectory, contact.name)
         if not len(impacts):
             continue
@@ -291,7 +296,7 @@ def _unresolved(system: System, trajectory: Trajectory) -> tuple[float, float, f
         if METHODS[system.scene.contact[contact.name].method].rigid:
             rigid = max(rigid, unresolved)
         massless_largest = max(massless_largest, massless / compliance * unresolved)
-        hidden = max(hidden, massless / compliance * unresolved * max(0.0, 1 - system.window / period))
+        hidden = max(hidden, massless / compliance * unresolved * max(0.0, 1 - window / period))
     return massless_largest, hidden, rigid
 
 
@@ -323,19 +328,19 @@ def _flexibility(system: System) -> np.ndarray:
 
 
 def differences(
-    trajectory: Trajectory, pair: tuple[Trajectory, Trajectory], window: float, speed: float
+    trajectory: Trajectory, pair: tuple[Trajectory, Trajectory], windows: np.ndarray, speed: float
 ) -> dict[str, float]:
     """Return the differences of two runs in `impulse`, `force` and `rebound`, see `with_basis_estimates`.
 
     Args:
         trajectory: The run whose impulses and forces they are relative to.
         pair: Runs with the same steps and samples.
-        window: Time over which forces are compared [s]; 0 for that of a sample.
+        windows: Time over which forces of each contact are compared [s], (k,); 0 for that of a sample.
         speed: Of the fastest body at the start [m/s].
     """
     relative_changes = {"impulse": 0.0, "force": 0.0}
     edges = np.concatenate([[0.0], trajectory.times])
-    for name, contact in trajectory.contacts.items():
+    for (name, contact), window in zip(trajectory.contacts.items(), windows.tolist(), strict=True):
         if not np.any(contact.force):
             continue
         impulse, *both = (float(edges[1]) * _summed(r.contacts[name].force) for r in (trajectory, *pair))

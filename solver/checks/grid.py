@@ -54,7 +54,7 @@ def with_grid_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
         return unknown
     relative_changes = changes(run_readings, readings(coarse, against))
     if pressed:
-        relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))
+        relative_changes |= differences(trajectory, (trajectory, against), system.windows, fastest_body(system))
     fall = FALL if min(counts) > 2 * DEGREE else FALL_OF_FEW
     errors = {f"grid.{name}": value / fall for name, value in relative_changes.items()}
     return replace(trajectory, estimates=trajectory.estimates | errors)

@@ -53,7 +53,7 @@ def with_layer_estimates(system: System, trajectory: Trajectory, run: Run) -> Tr
         return trajectory
     run_readings = readings(system, trajectory)
     relative_changes = changes(run_readings, readings(stiffer_system, against))
-    relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))
+    relative_changes |= differences(trajectory, (trajectory, against), system.windows, fastest_body(system))
     return replace(
         trajectory, estimates=trajectory.estimates | {f"layer.{name}": c for name, c in relative_changes.items()}
     )

@@ -110,7 +110,7 @@ def _errors(system: System, trajectory: Trajectory, run: Run, modes: Mapping[str
     run_readings = readings(system, trajectory)
     relative_changes = changes(run_readings, readings(continuum, against))
     if touches(system, trajectory):
-        relative_changes |= differences(trajectory, (trajectory, against), system.window, fastest_body(system))
+        relative_changes |= differences(trajectory, (trajectory, against), system.windows, fastest_body(system))
     return {f"mesh.{name}": MARGIN * value for name, value in relative_changes.items()}
 
 

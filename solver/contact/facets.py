@@ -13,7 +13,7 @@ other in the plane of the first.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -78,6 +78,8 @@ class Pairing:
     """G, (c, k); rows of points that meet nothing are empty."""
     gap: np.ndarray
     """Distance along the point's normal to the other surface [m], (c,); infinite where there is none."""
+    areas: np.ndarray | None = None
+    """What of the facets of each point the other surface covers, a third of each [m^2], (c,); None where all of it."""
 
     @property
     def meets(self) -> np.ndarray:
@@ -88,8 +90,9 @@ class Pairing:
 def paired(near_side: Facets, far_side: Facets) -> Pairing:
     """Return what the points of one surface meet on another, both in the same axes."""
     gap, facet, barycentric = _met(near_side, far_side)
-    weights = _mortar(near_side, far_side, gap)
-    return collocated(weights, gap, far_side.numbers, facet, lambda points: _places(barycentric[points]))
+    weights, covered = _mortar(near_side, far_side, gap)
+    pairing = collocated(weights, gap, far_side.numbers, facet, lambda points: _places(barycentric[points]))
+    return replace(pairing, areas=covered / 3)
 
 
 def collocated(
@@ -179,8 +182,9 @@ def _smooth(
     return 0.5 * (chord + np.where((slopes < FACING).all(axis=1), touching, chord))
 
 
-def _mortar(near_side: Facets, far_side: Facets, gap: np.ndarray) -> sparse.csr_matrix:
-    """Return G over all points, (c, k), of facets of which some point meets the other surface."""
+def _mortar(near_side: Facets, far_side: Facets, gap: np.ndarray) -> tuple[sparse.csr_matrix, np.ndarray]:
+    """Return G over all points, (c, k), of facets of which some point meets the other surface, and the area of each
+    point's facets that this covers [m^2], (c,)."""
     pairs = _near(near_side, far_side, gap)
     near_facets, far_facets, shape = *pairs.T, (len(near_side.points), len(far_side.points))
     overlap, plain, area = _overlaps(near_side, far_side, pairs)
@@ -199,15 +203,18 @@ def _mortar(near_side: Facets, far_side: Facets, gap: np.ndarray) -> sparse.csr_
     G.eliminate_zeros()
     sums = np.asarray(G.sum(axis=1)).ravel()
     positive = sums > 0
-    return sparse.csr_matrix(sparse.diags_array(np.where(positive, 1.0 / np.where(positive, sums, 1.0), 0.0)) @ G)
+    scale = sparse.diags_array(np.where(positive, 1.0 / np.where(positive, sums, 1.0), 0.0))
+    return sparse.csr_matrix(scale @ G), covered
 
 
 def _near(near_side: Facets, far_side: Facets, gap: np.ndarray) -> np.ndarray:
     """Return the numbers of facets that may face each other, (p, 2)."""
     middles, centres = near_side.middles.mean(axis=1), far_side.middles.mean(axis=1)
     corner_gaps = np.where(np.isfinite(gap), gap, np.nan)[near_side.numbers]
-    met = np.flatnonzero(np.isfinite(corner_gaps).any(axis=1))
-    mean_gap, outward = np.nanmean(corner_gaps[met], axis=1), near_side.outward[met]
+    # Facets of which no point meets the other surface may still be covered in part: at the distance of the others.
+    met, meets = np.arange(len(corner_gaps)), np.isfinite(corner_gaps).any(axis=1)
+    mean_gap, outward = np.full(len(met), np.nanmean(corner_gaps) if meets.any() else np.nan), near_side.outward
+    mean_gap[meets] = np.nanmean(corner_gaps[meets], axis=1)
     candidates = [np.empty((0, 2), np.int64)]
     at_once = max(CHUNK // max(len(centres), 1), 1)
     for start in range(0, len(met), at_once):

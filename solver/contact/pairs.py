@@ -8,7 +8,7 @@ from scipy import sparse
 from gudgeon.modaldb.records.modes import InterfaceModes
 from gudgeon.solver.bodies.small_motion import FlexibleBody, named
 from gudgeon.solver.contact.edges import Edges, are_edges, paired_edges
-from gudgeon.solver.contact.facets import Facets, paired
+from gudgeon.solver.contact.facets import Facets, Pairing, paired
 from gudgeon.solver.contact.shares import chosen, shared
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.scene.contact import OtherBody
@@ -22,6 +22,8 @@ MATCHING = 1e-6
 """Offset of points of two facetted surfaces, relative to the size of the bodies, below which their meshes match."""
 ROUND_OFF = 1e-9
 """Offset relative to the points' coordinates that is round-off."""
+SLIVER = 1e-6
+"""Least part of a point's area that meets another surface."""
 MISSES = 1e3
 """Gap of points that meet nothing, over the size of the bodies."""
 
@@ -40,6 +42,10 @@ class OtherBlock:
     """Where the forces act on it, in its design position [m], (c, 3)."""
     share: sparse.csr_matrix
     """Of the k points of the record in each, (c, k)."""
+    areas: np.ndarray | None = None
+    """Of the points, by what of their facets the other body covers [m^2], (c,); None where facets are not cut."""
+    met: tuple[float, float] = (0.0, 0.0)
+    """Area of the points that meet the other body, and what it covers of all facets [m^2]; 0 where none is cut."""
 
 
 def faced(
@@ -137,7 +143,24 @@ def _on_facets(
     gap = np.where(pairing.meets, pairing.gap, MISSES * radius)
     foot = placed - position + np.where(pairing.meets, pairing.gap, 0.0)[:, None] * near_surface.normals
     rows = np.column_stack([master.rigid_rows(foot, near_surface.normals), -shared(weights, interface.rows)])
-    return OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), foot, weights), gap
+    areas, met = _shared_areas(pairing, near_surface.areas)
+    return (
+        OtherBlock(master.name, against.interface, rows, np.zeros_like(rows), foot, weights, areas=areas, met=met),
+        gap,
+    )
+
+
+def _shared_areas(pairing: Pairing, own: np.ndarray) -> tuple[np.ndarray | None, tuple[float, float]]:
+    """Return the areas of points that meet another surface, in sum what it covers [m^2], (c,), and `OtherBlock.met`.
+
+    What is covered of facets whose points meet nothing counts to those that do, which carry its force.
+    """
+    meets = pairing.meets
+    if pairing.areas is None or not pairing.areas[meets].any():
+        return None, (0.0, 0.0)
+    covered = np.where(meets, pairing.areas, 0.0)
+    areas = covered * float(pairing.areas.sum() / covered.sum())
+    return np.where(meets, np.maximum(areas, SLIVER * own), own), (float(own[meets].sum()), float(pairing.areas.sum()))
 
 
 def _numbers(surface: InterfaceModes, name: str) -> np.ndarray:

@@ -162,9 +162,10 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
         residual = residual + _beyond(contact, name, (body, master), partner)
         if contact.friction is not None:
             partner = replace(partner, tangents=-_tangents(contact, name, master, partner.interface, partner.points))
+    areas = interface.areas if partner is None or partner.areas is None else partner.areas
     layer = np.zeros(len(gap))
     if contact.surface_stiffness is not None:
-        layer = 1.0 / (contact.surface_stiffness * interface.areas)
+        layer = 1.0 / (contact.surface_stiffness * areas)
     elif contact.law is not None and contact.law.kind == "linear":
         layer = np.full(len(gap), 1.0 / contact.law.stiffness)
     sides = [Side(body, contact.interface, identity(len(gap)), placed)]
@@ -178,18 +179,18 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     }
     return ContactBlock(
         name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
-        areas=_areas(contact, interface), edge=interface.edge, other=partner,
+        areas=_areas(contact, areas), edge=interface.edge, other=partner,
         adjusted=adjusted,
         rows=rows, tangents=_tangents(contact, name, body, contact.interface, points), residual=residual,
         per_row=per_row,
     )  # fmt: skip
 
 
-def _areas(contact: Contact, interface: InterfaceModes) -> np.ndarray | None:
+def _areas(contact: Contact, areas: np.ndarray) -> np.ndarray | None:
     """Return the areas that make pressures of forces [m^2], (c,): of layers, wear, several points on another body."""
-    several = isinstance(contact.against, OtherBody) and len(interface.areas) > 1
+    several = isinstance(contact.against, OtherBody) and len(areas) > 1
     needed = contact.surface_stiffness is not None or several or contact.wear is not None
-    return interface.areas if needed else None
+    return areas if needed else None
 
 
 def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.ndarray) -> None:

@@ -2,6 +2,11 @@
 
 import numpy as np
 
+from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, IMPACT_COLUMNS, PEAK
+
+SHARE = 0.1
+"""Window over the duration of an impact by which the peak of a smooth one is averaged to 1 %."""
+
 
 def mean_of_means(edges: np.ndarray, impulse: np.ndarray, window: float, times: np.ndarray) -> np.ndarray:
     """Return the mean over W around some times, (k,), of the mean force over W [N], (k, 3).
@@ -27,3 +32,15 @@ def mean_of_means(edges: np.ndarray, impulse: np.ndarray, window: float, times: 
         return integral[i] + rising + np.maximum(since - elapsed, 0) * impulse[-1]
 
     return (at(times + window) - 2 * at(times) + at(times - window)) / window**2
+
+
+def impact_window(impacts: np.ndarray, separation: float) -> float:
+    """Return the default window of a contact's forces [s]: a tenth of its hardest impact, at most the separation.
+
+    Args:
+        impacts: (b, 9) as `Trajectory.impacts`; those without a force are jumps of velocity, which have no duration.
+        separation: Time below which impacts are one [s].
+    """
+    hardest = impacts[impacts[:, PEAK].argmax()] if len(impacts) else np.zeros(IMPACT_COLUMNS)
+    lasts = float(hardest[ENDS] - hardest[BEGINS])
+    return min(separation, SHARE * lasts) if hardest[PEAK] > 0 and lasts > 0 else separation

@@ -6,7 +6,8 @@ integral I quadratic. The windowed force at t, the mean over W of the mean over 
   |I(t + W) − 2 I(t) + I(t − W)| / W²,
 
 with no force before and after the impact. It is evaluated at the ends and the middles of steps, from the beginning of
-the impact to its end. An impact ends when no force has acted for W: separations shorter than W are part of it.
+the impact to its end. An impact ends when no force has acted for a time, W at least: shorter separations
+are part of it.
 """
 
 import math
@@ -39,8 +40,10 @@ class ImpactLog(NamedTuple):
     """Shapes: k contacts, n steps of two windows and three more."""
 
     dt: float
-    window: float
-    """W [s]."""
+    separation: float
+    """Time without a force that ends an impact [s]."""
+    window: np.ndarray
+    """W of each contact, at most the separation [s], (k,)."""
     force: np.ndarray
     """Resultant of each contact in the present step, set by the time loop before `log_step` [N], (k, 3)."""
     steps: np.ndarray
@@ -63,24 +66,24 @@ class ImpactLog(NamedTuple):
     """(2,)"""
 
 
-def impact_log(first_rows: list[int], dt: float, window: float) -> ImpactLog:
-    """Return an empty log of contacts, given by the first row of each, for steps dt [s] and a window [s].
+def impact_log(first_rows: list[int], dt: float, separation: float, windows: np.ndarray) -> ImpactLog:
+    """Return an empty log of contacts, given by the first row of each, for steps dt [s] and windows [s], (k,).
 
     Raises:
         SolverError: the steps are so short that the window has too many.
     """
     contacts = len(first_rows)
-    if window > MOST_STEPS * dt:
+    if separation > MOST_STEPS * dt:
         raise SolverError(
-            f"steps of {dt:.3g} s: the window of peak forces, {window:.3g} s, has more than {MOST_STEPS:,} of them;"
+            f"steps of {dt:.3g} s: the window of peak forces, {separation:.3g} s, has more than {MOST_STEPS:,} of them;"
             " increase run.duration or run.step, or set a smaller run.window"
         )
     steps = np.zeros((contacts, 5), np.int64)
     steps[:, FIRST], steps[:, ROW] = -1, first_rows
     return ImpactLog(
-        dt=dt, window=window, force=np.zeros((contacts, 3)), steps=steps, before=np.zeros((contacts, 3)),
-        sudden=np.zeros((contacts, 3)), jump=np.zeros((contacts, 3)),
-        ring=np.zeros((contacts, math.floor(2 * window / dt) + 3, 6)), plateau=np.zeros((contacts, 3)),
+        dt=dt, separation=separation, window=windows, force=np.zeros((contacts, 3)), steps=steps,
+        before=np.zeros((contacts, 3)), sudden=np.zeros((contacts, 3)), jump=np.zeros((contacts, 3)),
+        ring=np.zeros((contacts, math.floor(2 * separation / dt) + 3, 6)), plateau=np.zeros((contacts, 3)),
         running=np.zeros((contacts, IMPACT_COLUMNS)), ended=np.empty((CAPACITY if contacts else 0, 1 + IMPACT_COLUMNS)),
         counts=np.zeros(2, np.int64),
     )  # fmt: skip

@@ -60,21 +60,22 @@ def impact_quantities(impacts: np.ndarray, window: float) -> dict[str, Quantity]
     return values
 
 
-def impacts_in(times: np.ndarray, forces: np.ndarray, window: float) -> np.ndarray:
+def impacts_in(times: np.ndarray, forces: np.ndarray, separation: float, window: float) -> np.ndarray:
     """Return the impacts in a history of forces, (b, 9) as `Trajectory.impacts`, speeds unknown (NaN).
 
-    Impacts begin and end with intervals. Those separated by less than the window are one.
+    Impacts begin and end with intervals. Those separated by less than a time are one.
 
     Args:
         times: Edges of equal intervals [s], (s + 1,).
         forces: Resultant over each interval [N], (s, 3).
+        separation: That time [s].
         window: W [s].
     """
     step = float(times[1] - times[0])
     ends = np.flatnonzero(np.diff(np.concatenate([[False], forces.any(axis=1), [False]])))
     spans: list[list[int]] = []
     for start, end in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True):
-        if spans and (start - spans[-1][1]) * step < window:
+        if spans and (start - spans[-1][1]) * step < separation:
             spans[-1][1] = end
         else:
             spans.append([start, end])

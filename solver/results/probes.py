@@ -13,6 +13,8 @@ from gudgeon.solver.system.reactions import MOMENTUM, spring_pulls, spring_rows,
 from gudgeon.solver.system.system import System
 
 Parts = tuple[Mapping[str, ContactHistory], Mapping[str, JointHistory], np.ndarray]
+ALIKE = 1e-3
+"""Relative difference of the turning points of a vibration that count as equal, of which the first is the peak."""
 FOLLOWED = 0.6
 """Motion between two samples over the largest displacement up to which samples follow a vibration: one of amplitude A
 moves by A ω h between them, and its sampled peak is low by (ω h)²/8, 5 % there."""
@@ -136,10 +138,24 @@ def _driving_force(system: System, name: str, loads: np.ndarray) -> tuple[np.nda
     return wrench, WRENCH[: wrench.shape[1]], "N" if wrench.shape[1] == 3 else "N, N m"
 
 
+def _turning_point(times: np.ndarray, line: np.ndarray) -> tuple[float, float]:
+    """Return the value and time of the first of a history's largest turning points, by parabolas."""
+    before, y, after = line[:-2], line[1:-1], line[2:]
+    slope, bend = 0.5 * (after - before), after - 2 * y + before
+    turns = (np.abs(y) >= np.abs(before)) & (np.abs(y) >= np.abs(after)) & (y * bend < 0)
+    if not turns.any():
+        at = int(np.abs(line).argmax())
+        return float(line[at]), float(times[at])
+    y, slope, bend, middle = y[turns], slope[turns], bend[turns], times[1:-1][turns]
+    sizes = y - 0.5 * slope**2 / bend
+    first = int((np.abs(sizes) >= (1 - ALIKE) * np.abs(sizes).max()).argmax())
+    return float(sizes[first]), float(middle[first] - slope[first] / bend[first] * (times[1] - times[0]))
+
+
 def unresolved(
     system: System, interval: float, states: tuple[np.ndarray, np.ndarray], snapshots: np.ndarray
 ) -> list[str]:
-    """Return a sentence for each probe whose place vibrates faster than samples follow, so that its peak is larger.
+    """Return a sentence for each probe whose place vibrates faster than samples follow.
 
     Args:
         interval: Between samples [s].
@@ -158,24 +174,29 @@ def unresolved(
         between = interval * float(np.linalg.norm(v @ W.T, axis=1).max(initial=0.0))
         if between > FOLLOWED * moved and moved + between > 0:
             sentences.append(
-                f"probe.{name}: its values and their peak are those of samples {interval:.3g} s apart, between which"
-                f" its place moves by {between:.3g}, while it is seen up to {moved:.3g} away; increase run.samples"
+                f"probe.{name}: its history is that of samples {interval:.3g} s apart, between which its place moves by"
+                f" {between:.3g}, while it is seen up to {moved:.3g} away; increase run.samples"
             )
     return sentences
 
 
-def probe_quantities(times: np.ndarray, probes: Mapping[str, ProbeHistory]) -> Json:
-    """Return the value of the largest size of each probe, its time and the last value; of vectors their length."""
+def probe_quantities(times: np.ndarray, probes: Mapping[str, ProbeHistory], *, between: bool = False) -> Json:
+    """Return the value of the largest size of each probe, its time and the last value; of vectors their length.
+
+    Args:
+        between: Whether the largest size may lie between samples, on a parabola through three; of equal ones the first.
+    """
     json: Json = {}
     for name, probe in probes.items():
         if probe.kind == "centre" or not len(times):
             continue
         values = probe.values[:, :3]
         line = values[:, 0] if values.shape[1] == 1 else np.linalg.norm(values, axis=1)
-        unit, peak = probe.unit.partition(",")[0], int(np.abs(line).argmax())
+        unit, at = probe.unit.partition(",")[0], int(np.abs(line).argmax())
+        peak, time = _turning_point(times, line) if between and 0 < at < len(line) - 1 else (line[at], times[at])
         json |= {
-            f"{name}.{probe.kind}_peak": {"value": float(line[peak]), "unit": unit},
-            f"{name}.{probe.kind}_peak_time": {"value": float(times[peak]), "unit": "s"},
+            f"{name}.{probe.kind}_peak": {"value": float(peak), "unit": unit},
+            f"{name}.{probe.kind}_peak_time": {"value": float(time), "unit": "s"},
             f"{name}.{probe.kind}_end": {"value": float(line[-1]), "unit": unit},
         }
     return json

@@ -36,7 +36,7 @@ def quantities(system: System, end: Outcome, states: tuple[np.ndarray, np.ndarra
         total = float(end.impulses[contact.rows].sum())
         if contact.edge.any() and total > 0:
             values["edge_share"] = (float(end.impulses[contact.rows][contact.edge].sum()) / total, "1")
-        values |= impact_quantities(end.impacts[i], system.window)
+        values |= impact_quantities(end.impacts[i], float(system.windows[i]))
         points = own_vectors(system.scene.body[contact.body], contact.points)
         if size > 0 and not system.scene.capabilities.turns:
             values |= _rebound(system, end, contact, impulse / size)

@@ -85,9 +85,9 @@ class Run(Strict):
     window: Duration | None = Field(
         default=None,
         description="Window of peak forces [s]: the mean over it of the mean force over it is reported, and impacts"
-        " that are separated by less than it are one. Default: the longest of the shortest kept periods of the elastic"
-        " bodies in contact, times 2.5 unless all contacts have nonlinear laws, at most the duration; no"
-        " window for rigid bodies",
+        " that are separated by less than it are one. Default of the latter: the longest of the shortest kept periods"
+        " of the elastic bodies in contact, times 2.5 unless all contacts have nonlinear laws, at most the duration;"
+        " none for rigid bodies. Default of the window: of each contact a tenth of its hardest impact, at most that",
     )
     integrator: Literal["auto", "event", "collocation", "implicit", "mechanism"] = Field(
         default="auto",

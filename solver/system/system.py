@@ -1,6 +1,7 @@
 """A compiled scene: the arrays of the time loop, limited to what the scene needs."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +11,9 @@ from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.blocks import Blocks
 from gudgeon.solver.contact.bores import ElasticBore
 from gudgeon.solver.contact.rows import ContactRows
+from gudgeon.solver.contact.windows import impact_window
 from gudgeon.solver.errors import SolverError
+from gudgeon.solver.methods import METHODS
 from gudgeon.solver.obstacles.plane import Plane
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.scene import Scene
@@ -107,6 +110,8 @@ class System:
     bores: dict[str, ElasticBore]
     """Of elastic bearings, by joint."""
     terms: list[Term]
+    impact_windows: Mapping[str, float] = field(default_factory=dict)
+    """Windows of forces that follow the impacts that were found, by contact [s]."""
 
     @property
     def start_contact_energy(self) -> float:
@@ -184,16 +189,30 @@ class System:
         return max(_period(self.bodies[name].stiffness) for name in names)
 
     @property
-    def window(self) -> float:
-        """Time over which forces are averaged, and below which impacts are not told apart [s]; 0 where they are.
+    def separation(self) -> float:
+        """Time below which impacts are not told apart [s], over which the modes resolve a force; 0 where all are.
 
         A force jumps where a wave front arrives, and a truncated series rings there for some periods of its cut-off; a
         nonlinear law, which begins at no stiffness, limits the bandwidth of its force.
         """
         if (window := self.scene.run.window) is not None:
             return window
-        jumps = not all(c.smooth_law for c in self.scene.contact.values())
-        return min((RINGS if jumps else 1.0) * self.resolution, self.scene.run.duration)
+        periods = 1.0 if all(c.smooth_law for c in self.scene.contact.values()) else RINGS
+        return min(periods * self.resolution, self.scene.run.duration)
+
+    @property
+    def windows(self) -> np.ndarray:
+        """Time over which forces of each contact are averaged [s], (k,); 0 where they are not."""
+        return np.array([self.impact_windows.get(c.name, self.separation) for c in self.contacts])
+
+    def windowed(self, impacts: Mapping[str, np.ndarray]) -> "System":
+        """Return the system with windows that follow the impacts of each contact, (b, 9), of a run; itself if equal."""
+        # Without residual flexibility or a law, modes have no force over less than their periods.
+        contacts = {n: c for n, c in self.scene.contact.items() if METHODS[c.method].flexible or c.smooth_law}
+        windows = {name: impact_window(impacts[name], self.separation) for name in contacts if name in impacts}
+        shorter = {name: window for name, window in windows.items() if window < self.separation}
+        stays = self.scene.run.window is not None or shorter == self.impact_windows
+        return self if stays else replace(self, impact_windows=shorter)
 
     def gauged(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return what gauges show of coordinates and their rates, (t, m) each, and of gravity, (t, G)."""

@@ -23,7 +23,7 @@ PARTS = {
     "box": '{ kind = "box", lx = 0.04, ly = 0.02, lz = 0.02 }',
     "sheet": '{ kind = "rectangle", lx = 0.04, ly = 0.02, thickness = 0.002 }',
     "bar": '{ kind = "bar", length = 1.0, area = 1e-4 }',
-    "beam": f'{{ kind = "beam", length = 1.0, section = {SECTION} }}',
+    "beam": f'{{ kind = "beam", theory = "euler-bernoulli", length = 1.0, section = {SECTION} }}',
     "timoshenko": f'{{ kind = "beam", length = 1.0, theory = "timoshenko", section = {SECTION} }}',
 }
 SIZES = {"box": 0.02, "sheet": 0.02}

@@ -18,6 +18,7 @@ mesh.size = 0.05
 gauge = { mid = { station = "mid", fibre = "bottom" }, moment = { station = "mid", quantity = "bending-moment" } }
 [component.beam.geometry]
 kind = "beam"
+theory = "euler-bernoulli"
 length = 1.0
 motion = "space"
 stations = { mid = 0.5 }

@@ -13,6 +13,7 @@ mesh.size = 0.25
 modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_count = 2 }
 [component.arm.geometry]
 kind = "beam"
+theory = "euler-bernoulli"
 length = 1.0
 motion = "space"
 section = { kind = "rectangle", width = 0.02, height = 0.02 }

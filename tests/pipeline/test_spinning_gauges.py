@@ -17,7 +17,8 @@ LENGTH, SIDE, DENSITY, RATE, MODULUS = 0.4, 0.02, 2700.0, 300.0, 7e10
 MATERIAL = {"E": MODULUS, "nu": 0.0, "rho": DENSITY}
 BOX = {"kind": "box", "lx": LENGTH, "ly": SIDE, "lz": SIDE}
 LINE = {
-    "kind": "beam", "length": LENGTH, "motion": "space", "stations": {"mid": 0.5 * LENGTH, "far": 0.75 * LENGTH},
+    "kind": "beam", "theory": "euler-bernoulli", "length": LENGTH, "motion": "space",
+    "stations": {"mid": 0.5 * LENGTH, "far": 0.75 * LENGTH},
     "section": {"kind": "rectangle", "width": SIDE, "height": SIDE},
 }  # fmt: skip
 ENDS = {

@@ -29,6 +29,11 @@ def rod(folder: Path, **run: Any) -> System:
     return build(folder, rod_records(30), scene)
 
 
+def controlled(system: System, run: Any) -> tuple[Trajectory, Any]:
+    plan = plan_run(system)
+    return accuracy.controlled(system, run(plan), plan, run)
+
+
 def windowed_peak(system: System, found: Trajectory) -> float:
     interval = found.times[0]
     width = round(system.resolution / interval)
@@ -128,7 +133,7 @@ def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: 
     def irregular(plan: Any) -> Trajectory:
         return replace(good, impacts={"wall": good.impacts["wall"] * rng.uniform(0.5, 1.5)})
 
-    found, _ = accuracy.controlled(system, plan_run(system), irregular)
+    found, _ = controlled(system, irregular)
     assert found.result == Result.INACCURATE.name
     assert found.estimates["step.impulse"] > 0.01
 
@@ -142,7 +147,7 @@ def test_differences_that_do_not_decrease_end_the_search_for_a_step_after_seven_
         counts.append(plan.schedule.steps)
         return replace(good, impacts={"wall": good.impacts["wall"] * (1.5 if len(counts) % 2 else 1.0)})
 
-    found, _ = accuracy.controlled(system, plan_run(system), chaotic)
+    found, _ = controlled(system, chaotic)
     assert found.result == Result.INACCURATE.name
     assert counts[-1] <= counts[0] * 2**accuracy.PATIENCE
 
@@ -158,7 +163,7 @@ def test_a_first_difference_that_is_small_by_chance_does_not_end_the_search(tmp_
         halvings = round(np.log2(counts[-1] / counts[0]))
         return replace(good, impacts={"wall": good.impacts["wall"] * (1 + off[halvings])})
 
-    found, _ = accuracy.controlled(system, plan_run(system), parting)
+    found, _ = controlled(system, parting)
     assert found.result == Result.FINISHED.name
     assert found.estimates["step.impulse"] <= accuracy.ACCURACY
 

@@ -80,7 +80,8 @@ def test_the_estimate_is_close_to_the_true_error(
     system = struck(tmp_path / "kept", ratio, count, **contact)
     found = simulate(system)
     assert found.result == Result.FINISHED.name
-    errors = true_errors(found, simulate(exact), system.window)
+    window = found.quantities["pair.force_window"]["value"]
+    errors = true_errors(found, simulate(exact), window)
     assert set(found.estimates) >= set(errors)
     for name, error in errors.items():
         estimate = found.estimates[name]
@@ -121,16 +122,19 @@ def test_the_window_is_at_most_the_duration(tmp_path: Path) -> None:
     scene = rod_scene()
     scene["run"] |= {"duration": 1e-6}
     system = build(tmp_path, rod_records(2), scene)
-    assert system.resolution > system.window == 1e-6
+    assert system.resolution > system.separation == 1e-6
 
 
 def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs, march = [], solver._march
     monkeypatch.setattr(solver, "_march", lambda *all_of_it: runs.append(all_of_it) or march(*all_of_it))
     scene = rod_scene(method="constraint")
-    scene["run"] |= {"checks": False}
+    scene["run"] |= {"checks": False, "window": 1e-5}
     assert not simulate(build(tmp_path, rod_records(12), scene)).estimates
     assert len(runs) == 1
+    del scene["run"]["window"]  # The window is a tenth of the impact, which a first run finds.
+    assert not simulate(build(tmp_path / "found", rod_records(12), scene)).estimates
+    assert len(runs) == 3
 
 
 def test_nothing_is_estimated_where_nothing_touches(tmp_path: Path) -> None:

@@ -66,6 +66,7 @@ geometry = { kind = "rigid", mass = 0.5, inertia = [1e-4, 1e-4, 1e-4] }
 
 [component.arm]
 geometry.kind = "beam"
+geometry.theory = "euler-bernoulli"
 geometry.length = 0.3
 geometry.motion = "space"
 geometry.section = { kind = "rectangle", width = 0.02, height = 0.006 }

@@ -67,7 +67,7 @@ def test_gravity_along_what_a_support_leaves_loads_no_mode(folder: Path) -> None
 
 SLENDER = """
 [component.arm]
-geometry = {{ kind = "beam", length = 1.0, section = {{ kind = "rectangle", width = 0.02, height = 0.01 }} }}
+geometry = {{kind="beam", theory="euler-bernoulli", length=1.0, section={{kind="rectangle", width=0.02, height=0.01}}}}
 material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}
 mesh = {{ size = 0.05 }}
 supports = ["left"]

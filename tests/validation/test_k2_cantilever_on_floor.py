@@ -88,7 +88,10 @@ def test_a_damped_body_at_rest_on_a_floor_finishes(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(
         """
-component.bar.geometry = { kind = "beam", length = 0.5, section = { kind = "rectangle", width = 0.01, height = 0.005 } }
+component.bar.geometry.kind = "beam"
+component.bar.geometry.theory = "euler-bernoulli"
+component.bar.geometry.length = 0.5
+component.bar.geometry.section = { kind = "rectangle", width = 0.01, height = 0.005 }
 component.bar.mesh.size = 0.05
 component.bar.material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 component.bar.supports = ["left"]

@@ -15,6 +15,7 @@ material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 mesh.size = 0.02
 [component.part.geometry]
 kind = "beam"
+theory = "euler-bernoulli"
 length = 0.5
 motion = "space"
 section = { kind = "rectangle", width = 0.02, height = 0.02 }

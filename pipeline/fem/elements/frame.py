@@ -1,8 +1,12 @@
 """Elements of straight beams in space: displacement and rotation at each node along and about x, y, z.
 
-Euler-Bernoulli in both planes (cubic Hermite), stretch and torsion linear. Mass is consistent, that of the motion of
-the centre line and of the rotation about it (Przemieniecki 1968).
+Bending in both planes by cubic deflections whose sections turn by quadratic ones: Timoshenko's static solutions between
+the nodes (Friedman & Kosmatka 1993), and Euler-Bernoulli's where the shear parameter φ = 12 E I / (κ G A h²) is zero.
+Stretch and torsion are linear. Mass is consistent, that of the motion of the centre line and of the rotation about it
+(Przemieniecki 1968), with shear also that of the turning sections.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,18 +43,24 @@ def assemble_frame(mesh: MeshRecord, material: Material, geometry: Line) -> FEMo
         relative[:, dof + 6, dof], relative[:, dof + 6, dof + 6] = -1.0, 1.0
     x, weights = gauss(h)
     # Deflection along z rotates about minus the lateral axis, deflection along the lateral axis about z.
+    phi = shear_parameters(h, material, geometry)
     for w, turn, sign, moment in ((2, 4, -1.0, section.second_moment), (1, 5, 1.0, geometry.lateral_moment)):
-        dofs_w = [w, turn, w + 6, turn + 6]
-        N, curvature = hermite(h, x, sign)
+        dofs_w, shapes = [w, turn, w + 6, turn + 6], Bending(h, sign, phi[0 if w == 2 else 1])
+        N, theta, curvature = shapes.deflections(x), shapes.rotations(x), shapes.curvatures(x)
         entries = np.ix_(range(len(h)), dofs_w, dofs_w)
         K[entries] = material.E * moment * np.einsum("eaq,ebq,eq->eab", curvature, curvature, weights)
+        K[entries] += material.E * moment * shapes.shear_block()
         M[entries] = material.rho * section.area * np.einsum("eaq,ebq,eq->eab", N, N, weights)
+        if geometry.sheared:
+            M[entries] += material.rho * moment * np.einsum("eaq,ebq,eq->eab", theta, theta, weights)
         relative[:, w + 6, w], relative[:, w + 6, w + 6], relative[:, w + 6, turn] = -1.0, 1.0, -sign * h
         relative[:, turn + 6, turn], relative[:, turn + 6, turn + 6] = -1.0, 1.0
     turn = turns(axes)
     K, M, relative = (np.einsum("eai,eab,ebj->eij", turn, block, turn) for block in (K, M, relative))
     dofs = (6 * mesh.cells[:, :, None] + np.arange(6)).reshape(len(h), -1)
-    properties, twists = _mass(mesh, axes, material.rho * section.area * h, material.rho * polar * h)
+    bending = np.array([section.second_moment, geometry.lateral_moment]) * geometry.sheared
+    moments = np.append(polar, bending)
+    properties, twists = _mass(mesh, axes, material.rho * section.area * h, material.rho * np.outer(h, moments))
     size = 6 * len(mesh.nodes)
     return FEModel(
         K=scatter(K, dofs, size), M=scatter(M, dofs, size), mesh=mesh, directions=DIRECTIONS, rotations=ROTATIONS,
@@ -71,12 +81,13 @@ def _mass(mesh: MeshRecord, axes: np.ndarray, mass: np.ndarray, polar: np.ndarra
     """Return mass properties and mass-normalised rigid motions, (6, 6), of elements of mass [kg], (e,).
 
     Args:
-        polar: Inertia of each about its axis [kg m^2], (e,).
+        polar: Inertia of the turning sections of each about its axes [kg m^2], (e, 3).
     """
     middles, total = mesh.nodes[mesh.cells].mean(axis=1), float(mass.sum())
     centre = mass @ middles / total
     arm, along = middles - centre, np.einsum("ei,ej->eij", axes[:, 0], axes[:, 0])
-    local = (mass * element_lengths(mesh) ** 2 / 12)[:, None, None] * (np.eye(3) - along) + polar[:, None, None] * along
+    local = (mass * element_lengths(mesh) ** 2 / 12)[:, None, None] * (np.eye(3) - along)
+    local += np.einsum("ek,eki,ekj->eij", polar, axes, axes)
     far = np.einsum("e,ei,ei->", mass, arm, arm) * np.eye(3) - np.einsum("e,ei,ej->ij", mass, arm, arm)
     inertia = local.sum(axis=0) + far
     straight = np.abs(axes - axes[0]).max() == 0
@@ -93,23 +104,58 @@ def gauss(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (x + 1) / 2, h[:, None] * weights / 2
 
 
-def hermite(h: np.ndarray, x: np.ndarray, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return deflections and their second derivatives [1/m^2] at ξ (q,) of w, turn at both nodes, (e, 4, q) each.
-
-    Args:
-        sign: Of the slope of the deflection over the rotation.
-    """
-    h = h[:, None]
-    s, still = sign * h, np.zeros_like(h)
-    w_start, w_end = 1 - 3 * x**2 + 2 * x**3 + still, 3 * x**2 - 2 * x**3 + still
-    N = np.stack([w_start, s * (x - 2 * x**2 + x**3), w_end, s * (x**3 - x**2)], axis=1)
-    bend = np.stack([12 * x - 6 + still, s * (6 * x - 4), 6 - 12 * x + still, s * (6 * x - 2)], axis=1)
-    return N, bend / h[:, None] ** 2
+def shear_parameters(h: np.ndarray, material: Material, geometry: Line) -> np.ndarray:
+    """Return φ = 12 E I / (κ G A h²) of bending towards z and along the lateral axis, (2, e); 0 without shear."""
+    if not geometry.sheared:
+        return np.zeros((2, len(h)))
+    G, section = material.E / 2 / (1 + material.nu), geometry.section
+    moments = np.array([section.second_moment, geometry.lateral_moment])
+    return np.outer(12 * material.E * moments / (geometry.shear_coefficient * G * section.area), 1 / h**2)
 
 
-def slopes(h: np.ndarray, x: np.ndarray, sign: float) -> np.ndarray:
-    """Return first derivatives of the deflections of `hermite` [1/m], (e, 4, q)."""
-    h = h[:, None]
-    s = sign * h
-    dN = [(6 * x**2 - 6 * x) + 0 * h, s * (1 - 4 * x + 3 * x**2), (6 * x - 6 * x**2) + 0 * h, s * (3 * x**2 - 2 * x)]
-    return np.stack(dN, axis=1) / h[:, None]
+class Bending(NamedTuple):
+    """Bending in one plane: rows over w and turn at both nodes of elements of length h (e,), at ξ from 0 to 1 (q,)."""
+
+    h: np.ndarray
+    """[m], (e,)"""
+    sign: float
+    """Slope of the deflection over the rotation, without shear."""
+    phi: np.ndarray
+    """Shear parameter, (e,)."""
+
+    def deflections(self, x: np.ndarray) -> np.ndarray:
+        """Return w, (e, 4, q)."""
+        h, s, f = self._columns()
+        w_start, w_end = 1 + f * (1 - x) - 3 * x**2 + 2 * x**3, 3 * x**2 - 2 * x**3 + f * x
+        t_start, t_end = x**3 - (2 + f / 2) * x**2 + (1 + f / 2) * x, x**3 - (1 - f / 2) * x**2 - f / 2 * x
+        return np.stack([w_start, s * h * t_start, w_end, s * h * t_end], axis=1) / (1 + f)[:, None]
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Return w′ [1/m], (e, 4, q)."""
+        h, s, f = self._columns()
+        w_start, w_end = 6 * x**2 - 6 * x - f, 6 * x - 6 * x**2 + f
+        t_start, t_end = 3 * x**2 - (4 + f) * x + (1 + f / 2), 3 * x**2 - (2 - f) * x - f / 2
+        return np.stack([w_start / h, s * t_start, w_end / h, s * t_end], axis=1) / (1 + f)[:, None]
+
+    def rotations(self, x: np.ndarray) -> np.ndarray:
+        """Return the slope by which sections turn, w′ without shear [1/m], (e, 4, q)."""
+        h, s, f = self._columns()
+        w = (6 * x**2 - 6 * x + 0 * f) / h
+        t_start, t_end = 3 * x**2 - (4 + f) * x + 1 + f, 3 * x**2 - (2 - f) * x
+        return np.stack([w, s * t_start, -w, s * t_end], axis=1) / (1 + f)[:, None]
+
+    def curvatures(self, x: np.ndarray) -> np.ndarray:
+        """Return the derivative of `rotations` [1/m^2], (e, 4, q)."""
+        h, s, f = self._columns()
+        w = (12 * x - 6 + 0 * f) / h**2
+        t_start, t_end = (6 * x - 4 - f) / h, (6 * x - 2 + f) / h
+        return np.stack([w, s * t_start, -w, s * t_end], axis=1) / (1 + f)[:, None]
+
+    def shear_block(self) -> np.ndarray:
+        """Return the stiffness by shear over E I [1/m^3], (e, 4, 4): γ is constant in an element."""
+        h, s, f = self._columns()
+        gamma = np.concatenate([-1 / h, -0.5 * s + 0 * h, 1 / h, -0.5 * s + 0 * h], axis=1)
+        return (12 * f / h / (1 + f) ** 2)[:, :, None] * gamma[:, :, None] * gamma[:, None]
+
+    def _columns(self) -> tuple[np.ndarray, float, np.ndarray]:
+        return self.h[:, None], self.sign, self.phi[:, None]

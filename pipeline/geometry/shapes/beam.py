@@ -9,15 +9,28 @@ from pydantic import Field, ValidationInfo, field_validator
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.geometry.cells import BEAM2, BEAM3, FRAME2
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
-from gudgeon.pipeline.geometry.section import General, Section
+from gudgeon.pipeline.geometry.section import Section, shear_coefficient_of
 from gudgeon.pipeline.geometry.surfaces import point_surface
 from gudgeon.solver.numbers import Coordinate, Length, Name, Strict
 
 ENDS = ("left", "right")
 NEAREST = 1e-6
 """Least distance of different stations over the length: shorter elements amplify the round-off of the others."""
+Theory = Literal["euler-bernoulli", "timoshenko"]
+THEORY = Field(
+    default="timoshenko",
+    description="timoshenko: shear and rotary inertia, as far as the section has a shear coefficient: one of kind"
+    " 'general' may not; euler-bernoulli: neither, for slender beams",
+)
 SIDES = {"top": 1.0, "bottom": -1.0}
 """Outward normal along z of each side of the beam."""
+
+
+def can_shear(theory: str, section: Section | None) -> str:
+    """Return a theory that a scene gives; raise a ValueError if the section has no shear coefficient for it."""
+    if theory == "timoshenko" and section is not None and shear_coefficient_of(section) is None:
+        raise ValueError("'timoshenko' given, it needs section.shear_coefficient with a section of kind 'general'")
+    return theory
 
 
 class Beam(Strict):
@@ -26,17 +39,13 @@ class Beam(Strict):
     kind: Literal["beam"]
     length: Length = Field(description="Length along the axis")
     section: Section = Field(description="Cross-section")
-    theory: Literal["euler-bernoulli", "timoshenko"] = Field(
-        default="euler-bernoulli",
-        description="euler-bernoulli: slender, no shear and no rotary inertia; timoshenko: both. Where it is left out,"
-        " modes that are too short for the former are named",
-    )
+    theory: Theory = THEORY
     along: Literal["x", "y"] = Field(default="x", description="Axis of the beam")
     motion: Literal["plane", "space"] = Field(
         default="plane",
         exclude_if=lambda value: value == "plane",
         description="plane: bending towards z alone; space: bending in both planes, stretch and torsion, for bodies of"
-        " mechanisms, by theory 'euler-bernoulli'",
+        " mechanisms",
     )
     stations: dict[Name, Coordinate] = Field(default={}, description="Named positions of nodes along the axis [m]")
 
@@ -44,16 +53,12 @@ class Beam(Strict):
     @classmethod
     def _can_shear(cls, value: str, info: ValidationInfo) -> str:
         section = info.data.get("section")
-        if value == "timoshenko" and isinstance(section, General) and section.shear_coefficient is None:
-            raise ValueError("'timoshenko' given, it needs section.shear_coefficient with a section of kind 'general'")
-        return value
+        return can_shear(value, section)
 
     @field_validator("motion")
     @classmethod
     def _can_twist(cls, value: str, info: ValidationInfo) -> str:
         section = info.data.get("section")
-        if value == "space" and info.data.get("theory") == "timoshenko":
-            raise ValueError("'space' given; theory 'timoshenko' is for motion 'plane'")
         if value == "space" and section is not None:
             lacking = [key for key in ("lateral_moment", "torsion_constant") if getattr(section, key, None) is None]
             if lacking:
@@ -78,10 +83,14 @@ class Beam(Strict):
         return value
 
     @property
+    def sheared(self) -> bool:
+        """Whether it has shear and rotary inertia."""
+        return self.theory == "timoshenko" and shear_coefficient_of(self.section) is not None
+
+    @property
     def shear_coefficient(self) -> float:
         """Shear coefficient κ, as given or of the section."""
-        coefficient = self.section.shear_coefficient
-        kappa = self.section.shear_form if coefficient is None else coefficient
+        kappa = shear_coefficient_of(self.section)
         assert kappa is not None
         return kappa
 
@@ -117,10 +126,10 @@ class Beam(Strict):
     def build(self, size: float) -> MeshRecord:
         """Divide the beam into elements no longer than `size` [m], with nodes at the stations.
 
-        Two-node elements for Euler-Bernoulli (`beam2`, in space `frame2`), three-node ones for Timoshenko (`beam3`).
+        Two-node elements in space (`frame2`) and for Euler-Bernoulli (`beam2`), three-node ones with shear (`beam3`).
         """
         refuse_large("line", self.length / size, size)
-        quadratic = self.theory == "timoshenko"
+        quadratic = self.sheared and self.motion == "plane"
         stops = sorted({0.0, self.length, *self.stations.values()})
         corners = np.concatenate([[0.0], *(divided(a, b, size) for a, b in pairwise(stops))])
         x = np.insert(corners, np.arange(1, len(corners)), (corners[1:] + corners[:-1]) / 2) if quadratic else corners

@@ -23,7 +23,7 @@ from gudgeon.pipeline.nodal.quantities import (
     contact_quantities,
     energy_drift,
     named,
-    window_of,
+    windows_of,
 )
 from gudgeon.pipeline.process.clock import Clock
 from gudgeon.solver.results.contact_events import restitution
@@ -183,8 +183,10 @@ def _quantities(problem: PointProblem, history: History, rows: dict[str, slice],
     motions = [body.centre_motion(end) for body, end in zip(problem.bodies, ends, strict=True)]
     for name, contact in problem.contacts.items():
         pair = motions[contact.body], None if contact.other is None else motions[contact.other]
-        window = window_of(problem.window, history.times, contact, elastic)
-        values = contact_quantities(history.of(rows[name]), contact, pair, window)
+        point_history = history.of(rows[name])
+        force = point_history.forces @ contact.directions
+        windows = windows_of(problem.window, history.times, contact, elastic, force)
+        values = contact_quantities(point_history, contact, pair, windows)
         if problem.flying:
             rigid = [body.rigid_velocities(end) for body, end in zip(problem.bodies, ends, strict=True)]
             values |= restitution(*np.concatenate(rigid, axis=1))

@@ -23,7 +23,7 @@ from gudgeon.pipeline.nodal.quantities import (
     force_quantities,
     named,
     resultant_quantities,
-    window_of,
+    windows_of,
 )
 from gudgeon.pipeline.nodal.sliding.contact import contact_energy
 from gudgeon.pipeline.nodal.sliding.coupling import Coupling, StepForces, master_ports, slave_ports
@@ -132,8 +132,8 @@ class _Run:
         """Return the run's quantities, named as the solver's."""
         quantities: Json = {}
         for name, forces in self._contact_forces.items():
-            window = window_of(self.problem.window, self.times, None, elastic=True)
-            quantities |= named(name, resultant_quantities(self.times, forces, window))
+            windows = windows_of(self.problem.window, self.times, None, True, forces)
+            quantities |= named(name, resultant_quantities(self.times, forces, windows))
         for body, moving in self.bodies:
             quantities |= body_quantities(body.name, body.centre_motion(moving.motion()))
         for load, moved in self._under.values():

@@ -289,7 +289,7 @@ def _run(point: Point, changes: dict[str, Any], meshed: Collection[str] = ()) ->
     """
     assert point.timed is not None
     try:
-        if point.job.scene.contact and (window := system_of(point.job).window):
+        if point.job.scene.contact and (window := system_of(point.job).separation):
             changes = changes | {"run": changes.get("run", {}) | {"window": window}}
         job = variant(point.job, changes)
         if meshed and (growth := _nodes(job, meshed) / _nodes(point.job, meshed)) ** GROWTH > DEARER:

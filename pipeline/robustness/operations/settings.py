@@ -168,7 +168,7 @@ def modes(subject: Subject, operation: Any) -> Trial:
     # Impacts closer than the window are one, and a smaller basis has a longer one: both are read with that.
     fewer = subject.changed({"component": counts})
     run_job(fewer, "morph")
-    window = {"window": system_of(fewer).window}
+    window = {"window": system_of(fewer).separation}
     changes = {"run": window | {"checks": True}, "component": counts}
     return Trial(subject.changed(changes), like=_unchanged(subject, window))
 

@@ -9,6 +9,7 @@ import numpy as np
 from gudgeon.pipeline.scenes.bodies import SceneFile
 from gudgeon.pipeline.stages.notes.facts import Facts
 from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.contact.windows import SHARE
 
 ROUNDING = 1e-9
 """Share of the duration by which an impact that the end of the run cuts may seem to end before."""
@@ -19,8 +20,6 @@ DELIVERED = 0.01
 """Difference of the restitution of bodies from that of their points above which a run gives a note."""
 WEIGHT = 2.0
 """Time over which `force_peak` is a mean, over the window."""
-SHARE = 0.1
-"""Window over the duration of a smooth impact by which its peak is averaged to 1 %."""
 PRESSES = 1e-2
 """Force at the end of a run over the largest one from which a contact counts as closed."""
 
@@ -45,7 +44,7 @@ def impacts(facts: Facts) -> Iterator[str]:
                 f" run.window = {window:.3g} s"
             )
         yield from _delivered(scene, name, quantities)
-        yield from _windows(scene, name, window, counts) or _short(scene, name, window, listed)
+        yield from _below_steps(name, window, counts) or _short(scene, name, window, quantities)
         yield from _fast(scene, name, max((impact.get("approach_speed", 0.0) for impact in listed), default=0.0))
 
 
@@ -87,35 +86,36 @@ def _delivered(scene: SceneFile, name: str, quantities: Quantities) -> Iterator[
         )
 
 
-def _windows(scene: SceneFile, name: str, window: float, counts: Mapping[str, Any]) -> list[str]:
-    """Return a note where forces are averaged over most of the run, or over less than a step."""
-    run, step = scene.run, float(counts["step"])
-    if run.window is None and window > 0.5 * run.duration:
-        return [
-            f"contact.{name}: its force is averaged over {window:.3g} s, the shortest period of the modes, which is"
-            " longer than half of the run; set run.duration longer, or run.window"
-        ]
+def _below_steps(name: str, window: float, counts: Mapping[str, Any]) -> list[str]:
+    """Return a note where forces are averaged over less than a step."""
+    step = float(counts["step"])
     if 0 < window < step * (1 - ROUNDING) and not INTEGRATORS[counts["integrator"]].own_steps:
         return [
-            f"contact.{name}: run.window = {window:.3g} s is below the step, {step:.3g} s, over which forces are known"
-            " as means; set run.window longer, or run.step shorter"
+            f"contact.{name}: the window of its force, {window:.3g} s, is below the step, {step:.3g} s, over which"
+            " forces are known as means; set run.window longer, or run.step shorter"
         ]
     return []
 
 
-def _short(scene: SceneFile, name: str, window: float, impacts: list[dict[str, float]]) -> list[str]:
-    """Return a note where the hardest impact is shorter than the weight of `force_peak` by the default window."""
-    peaked = [i for i in impacts if "force_peak_raw" in i]
-    hardest = max(peaked, key=lambda i: i["force_peak_raw"], default=None)
-    if scene.run.window is not None or hardest is None:
-        return []
-    lasts = hardest["end"] - hardest["start"]
-    if not 0 < lasts < WEIGHT * window:
-        return []
+def _short(scene: SceneFile, name: str, window: float, quantities: Quantities) -> list[str]:
+    """Return a note where `force_peak` is a mean over less than the shortest kept period, or an impact."""
+    if f"{name}.force_resolved" not in quantities:
+        peaked = [i for i in _impacts(quantities, name) if "force_peak_raw" in i]
+        hardest = max(peaked, key=lambda i: i["force_peak_raw"], default={"start": 0.0, "end": 0.0})
+        lasts = hardest["end"] - hardest["start"]
+        if scene.run.window is not None or not 0 < lasts < WEIGHT * window:
+            return []
+        return [
+            f"contact.{name}: its hardest impact lasts {lasts:.3g} s, and force_peak is a mean over"
+            f" {WEIGHT * window:.3g} s, which is less than the largest force: modes without residual flexibility have"
+            f" no force over less than their periods. Set contact.{name}.method = 'residual', or keep more modes"
+        ]
+    peak, resolved = (_value(quantities, f"{name}.{key}") for key in ("force_peak", "force_resolved"))
     return [
-        f"contact.{name}: its hardest impact lasts {lasts:.3g} s, and force_peak is a mean over {WEIGHT * window:.3g} s"
-        " (the default of run.window, twice), which is less than the largest force; force_peak_raw is not averaged."
-        f" Set run.window = {SHARE * lasts:.1g}: its estimated error says whether the modes resolve it"
+        f"contact.{name}: force_peak, {peak:.4g} N, is a mean over {WEIGHT * window:.3g} s, as its hardest impact lasts"
+        f" about {window / SHARE:.2g} s; this is below the shortest period of the modes. The modes resolve the mean"
+        f" over {WEIGHT * _value(quantities, f'{name}.resolved_window'):.3g} s: {resolved:.4g} N. More modes resolve"
+        " the impact; run.window sets the window"
     ]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from gudgeon.pipeline.stages.keys.products import STAGES
-from gudgeon.pipeline.stages.notes import beams, decks, estimates, frequencies, impacts, run, scene
+from gudgeon.pipeline.stages.notes import beams, decks, estimates, frequencies, impacts, joints, run, scene
 from gudgeon.pipeline.stages.notes.facts import Facts
 
 
@@ -32,6 +32,7 @@ NOTES: Mapping[str, Note] = {
     "probes": Note(run.probes, "solve"),
     "solver": Note(run.solver, "solve"),
     "impacts": Note(impacts.impacts, "solve"),
+    "ringing": Note(joints.ringing, "solve"),
     "patches": Note(estimates.patches, "solve"),
     "step error": Note(estimates.step, "solve"),
     "basis error": Note(estimates.basis, "solve"),

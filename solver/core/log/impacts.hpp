@@ -3,7 +3,7 @@
  * A force is constant over a step, so the impulse J of a contact since the start of its impact is linear in it, and its
  * integral I quadratic. The windowed force at t, the mean over W of the mean over W, is
  * |I(t + W) - 2 I(t) + I(t - W)| / W^2. It is evaluated at the ends and the middles of steps. An impact ends when no
- * force has acted for W: separations shorter than W are part of it.
+ * force has acted for a time, W at least: shorter separations are part of it.
  */
 #pragma once
 #include "../layout.hpp"
@@ -21,9 +21,11 @@ constexpr double PLATEAU = 1e-9;
 
 /* Shapes: k contacts, n steps of two windows and three more. */
 struct ImpactLog {
-    GUDGEON_SHAPES("force k 3, steps k 5, before k 3, sudden k 3, jump k 3, ring k * 6, plateau k 3, "
+    GUDGEON_SHAPES("window k, force k 3, steps k 5, before k 3, sudden k 3, jump k 3, ring k * 6, plateau k 3, "
                    "running k 9, ended * 10, counts 2")
-    double dt, window;  /* [s] */
+    double dt;          /* [s] */
+    double separation;  /* Time without a force that ends an impact [s]. */
+    CVec window;        /* W of each contact, at most the separation [s], (k,). */
     Mat force;          /* Resultant of each contact in the present step, set before `log_step` [N], (k, 3). */
     IntMat steps;       /* By `StepEntry`, (k, 5). */
     Mat before;         /* J at the end of the last step [N s], (k, 3). */
@@ -34,7 +36,7 @@ struct ImpactLog {
     Mat running;        /* Present impact of each contact by `ImpactColumn`, (k, 9). */
     Mat ended;          /* Impacts that ended, contact first, (capacity, 10). */
     Ints counts;        /* By `LogCount`, (2,). */
-    GUDGEON_FIELDS(dt, window, force, steps, before, sudden, jump, ring, plateau, running, ended, counts)
+    GUDGEON_FIELDS(dt, separation, window, force, steps, before, sudden, jump, ring, plateau, running, ended, counts)
 };
 
 /* Whether a force of contact k acts in the present step. */
@@ -138,8 +140,8 @@ inline void add_impulse(const ImpactLog& log, Index k, Index step, bool acts) no
         now[axis] = J + impulse;
         force[axis] = 0.0;
     }
-    if (log.window <= 0.0) return;
-    const double lag = log.window / dt;
+    const double window = log.window[k], lag = window / dt;
+    if (window <= 0.0) return;
     const Index first = larger(Index(std::floor(2.0 * (double(since - 1) - lag))) + 1, Index(0));
     const Index end =
         lesser(Index(std::floor(2.0 * (double(since) - lag))), 2 * (log.steps(k, LAST) + 1 - log.steps(k, FIRST)));
@@ -152,7 +154,7 @@ inline void add_impulse(const ImpactLog& log, Index k, Index step, bool acts) no
                                   2.0 * doubly(ring, middle, since, axis, dt);
             square += change * change;
         }
-        note_force(log.plateau[k], log.window, std::sqrt(square) / (log.window * log.window),
+        note_force(log.plateau[k], window, std::sqrt(square) / (window * window),
                    (double(log.steps(k, FIRST)) + middle) * dt);
     }
     if (since % size == 0) shift_ring(ring, dt);
@@ -174,12 +176,12 @@ inline void end_impact(const ImpactLog& log, Index k) noexcept {
     log.steps(k, FIRST) = -1;
     if (place < log.ended.size()) {
         log.ended(place, 0) = double(k);
-        finish_impact(log.running[k], log.before[k], log.sudden[k], log.plateau[k], log.window);
+        finish_impact(log.running[k], log.before[k], log.sudden[k], log.plateau[k], log.window[k]);
         copy(log.running[k], log.ended[place].slice(1, 1 + log.running.shape[1]));
     }
 }
 
-/* Add the impulses of a step to the present impacts, end those whose force has been zero for a window.
+/* Add the impulses of a step to the present impacts, end those whose force has been zero for the separation.
  *
  * The resultants are zero afterwards. */
 inline void log_step(const ImpactLog& log, Index step) noexcept {
@@ -191,7 +193,7 @@ inline void log_step(const ImpactLog& log, Index step) noexcept {
         }
         if (log.steps(k, PRESENT) < step) add_impulse(log, k, step, acts);
         const bool parted = !acts && log.steps(k, TOUCHING) == 0;
-        if (parted && double(step - log.steps(k, LAST)) * log.dt >= log.window) end_impact(log, k);
+        if (parted && double(step - log.steps(k, LAST)) * log.dt >= log.separation) end_impact(log, k);
     }
 }
 

@@ -7,7 +7,7 @@ namespace gudgeon {
 /* Evaluate the windowed force of the present impact of contact k up to its end, with no force after it. */
 inline void complete_impact(const ImpactLog& log, Index k) noexcept {
     Index number = log.steps(k, PRESENT);
-    while (double(number - log.steps(k, LAST)) * log.dt < log.window) add_impulse(log, k, ++number, false);
+    while (double(number - log.steps(k, LAST)) * log.dt < log.separation) add_impulse(log, k, ++number, false);
 }
 
 /* Begin an impact with an impulse without duration, which the caller adds by `add_jump`, unless one goes on.
@@ -15,7 +15,7 @@ inline void complete_impact(const ImpactLog& log, Index k) noexcept {
  * time: [s].  rate: of the gap before it [m/s]. */
 inline void note_impact(const ImpactLog& log, Index k, Index number, double time, double rate) noexcept {
     const Ints steps = log.steps[k];
-    if (steps[FIRST] >= 0 && steps[TOUCHING] == 0 && time - log.running(k, ENDS) >= log.window) {
+    if (steps[FIRST] >= 0 && steps[TOUCHING] == 0 && time - log.running(k, ENDS) >= log.separation) {
         if (steps[PRESENT] < number) add_impulse(log, k, number, pressed(log, k));
         complete_impact(log, k);
         end_impact(log, k);

@@ -12,7 +12,7 @@ void finish(nb::handle log, Index contact) {
     const auto views = read<ImpactLog>(log);
     complete_impact(views, contact);
     finish_impact(views.running[contact], views.before[contact], views.sudden[contact], views.plateau[contact],
-                  views.window);
+                  views.window[contact]);
 }
 
 }  // namespace

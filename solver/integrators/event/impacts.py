@@ -23,10 +23,10 @@ BATCH = 8192
 
 
 class ContactImpacts:
-    """Impacts of one contact of several rows; separations shorter than the window [s] do not end one."""
+    """Impacts of one contact of several rows; those separated by less than a time [s] are one."""
 
-    def __init__(self, window: float) -> None:
-        self._window = window
+    def __init__(self, separation: float, window: float) -> None:
+        self._separation, self._window = separation, window
         self._found: list[np.ndarray] = []
         self._entry: np.ndarray | None = None
         self._touching: set[int] = set()
@@ -54,7 +54,7 @@ class ContactImpacts:
         """Let a row touch at a time [s] and a closing speed [m/s], unless it does already."""
         if row in self._touching:
             return
-        if self._entry is not None and not self._touching and time - self._entry[ENDS] >= self._window:
+        if self._entry is not None and not self._touching and time - self._entry[ENDS] >= self._separation:
             self._finish()
         if self._entry is None:
             self._entry = np.zeros(IMPACT_COLUMNS)

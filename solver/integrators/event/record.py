@@ -50,7 +50,7 @@ class Record:
         energy = float(self._energies(*(a[None] for a in self._start))[0, :3].sum()) + system.start_contact_energy
         self._extreme = np.array([energy, 0.0, 0.0, 0.0])
         self._contact_of, self._directions, self._lines = system.contact_of, system.directions, system.friction_lines
-        self._contacts = [ContactImpacts(system.window) for _ in range(k)]
+        self._contacts = [ContactImpacts(system.separation, float(window)) for window in system.windows]
         self.at_zero: set[int] = set()
         """Rows whose gaps are zero since the start of the run."""
         self._slips: list[list[tuple[float, bool]]] = [[] for _ in range(k)]
@@ -128,7 +128,7 @@ class Record:
         count = min(int(np.ceil(PER_RADIAN * fastest * (t1 - t0))) + 2, 200_000)
         time = np.linspace(t0, t1, count)
         force = course.values(time) @ directions
-        if self._system.window > 0:
+        if self._system.separation > 0:
             impulse = course.integral(time) @ directions
             contact.presses(time + start, impulse - impulse[0], force)
         else:

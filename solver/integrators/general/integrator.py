@@ -68,7 +68,7 @@ class General:
         }
         self._functions = np.concatenate([np.empty(0, np.int64), *(f[0] for f in functions.values())])
         self._rubbed = {contact_id: f[1:] for contact_id, f in functions.items() if len(f) > 1}
-        log = impact_log([int(rows[0]) for rows in normals], dt, system.window)
+        log = impact_log([int(rows[0]) for rows in normals], dt, system.separation, system.windows)
         self.arrays = Arrays(constants, state, problem_of(constants), log)
         self._loop = core.Small(*loop_of(self.arrays, system, self.ports))
         self._located = Located(log)

@@ -39,7 +39,8 @@ class Implicit(capabilities.Implicit):
         self.energy = _energy(system, self.points, self.loads)
         self._arrays = Arrays(
             dt=dt, modes=self.modes, points=self.points, masters=self.masters, matrix=self.matrix, loads=self.loads,
-            bounds=self.bounds, energy=self.energy, log=impact_log(system.first_rows, dt, system.window),
+            bounds=self.bounds, energy=self.energy,
+            log=impact_log(system.first_rows, dt, system.separation, system.windows),
         )  # fmt: skip
         self._located = Located(self._arrays.log)
         self._ahead = 0, Drive(np.empty((0, 0)), np.empty((0, 0, 0)))

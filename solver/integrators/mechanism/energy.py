@@ -110,12 +110,17 @@ def energies(model: Model, states: np.ndarray, motions: list[Motion]) -> np.ndar
     return result
 
 
-def momentum_error(model: Model, states: np.ndarray, motions: list[Motion], duration: float) -> float:
+def momentum_error(
+    model: Model, states: np.ndarray, motions: list[Motion], wrenches: np.ndarray, duration: float
+) -> float:
     """Return the largest error of the balances of momentum and of angular momentum about the origin, of states
     (s, numbers) of which the first is the start, over momenta and impulses as large as acted.
 
     Parts of a body have momenta where they cancel in the body: its mass times its root mean square speed counts, and
-    the impulse of weights that joints hold.
+    the impulse of weights and of joints.
+
+    Args:
+        wrenches: Of the joints at the states [N, N m], (s, J, 6).
     """
     bodies, sums = bodies_of(model, states), states[:, -SUMS:]
     speeds, spins = bodies[..., SPEED : SPEED + 3], bodies[..., SPIN : SPIN + 3]
@@ -124,8 +129,9 @@ def momentum_error(model: Model, states: np.ndarray, motions: list[Motion], dura
     turning = (np.array([m.omega for m in motions]) * spins).sum(axis=-1)
     momenta = np.sqrt((linear**2).sum(axis=-1) + model.mass * np.maximum(turning, 0.0))
     weights = float(model.mass.sum() * np.linalg.norm(model.gravity)) * duration
+    weights += float(np.linalg.norm(wrenches[..., :3], axis=-1).sum(axis=1).mean()) * duration
     moments = np.linalg.norm(orbital, axis=-1) + np.linalg.norm(spins, axis=-1)
-    far = float(np.linalg.norm(bodies[..., :3], axis=-1).max())
+    far = max(float(np.linalg.norm(bodies[..., :3], axis=-1).max()), model.size)
     worst, scale = 0.0, weights
     for total, sizes, column in (
         (linear.sum(axis=1), momenta, IMPULSE),

@@ -138,7 +138,8 @@ class Recorder:
         peaks = _quantities(linkage, times, wrenches[1:], angles[1:], self._harder)
         return LinkageHistories(
             joints, probes, peaks | self._pushes(end[0]) | lacks,
-            momentum_error(self._model, read_all.samples, read_all.motions, interval * (len(samples) - 1)), notes,
+            momentum_error(self._model, read_all.samples, read_all.motions, wrenches, interval * (len(samples) - 1)),
+            notes,
             impacts={name: self._touching.of_sections(self._sections(name), *end) for name in self._clearances()},
             wear={name: worn_cells(self._rubbed(name)) for name in self._wearing()},
         )  # fmt: skip

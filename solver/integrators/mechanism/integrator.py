@@ -117,7 +117,7 @@ class Mechanism(Capabilities):
             self._recorder.take(states[i], vectors[i], drives[i], amounts[i])
         taken = self._recorder.samples[len(self._recorder.samples) - count :]
         out.energies[:] = energies(self.model, states, [s.motion for s in taken])
-        self._note_energies(out.energies)
+        self._note_energies(out.energies, float(np.abs(amounts).sum(axis=1).max(initial=0.0)))
         out.energies[:, 4] -= self._energy[4]
         self._set_forces(out.forces, stride * self._interval)
         q, v = self._coordinates(taken)
@@ -137,12 +137,13 @@ class Mechanism(Capabilities):
         for i, track in enumerate(self.touching.tracks):
             forces[:, i] = np.diff(impulses[:, track.sections].sum(axis=1), axis=0) / interval
 
-    def _note_energies(self, energies_: np.ndarray) -> None:
+    def _note_energies(self, energies_: np.ndarray, load: float) -> None:
+        """Note energies [J], (s, 5): what weight and loads [N] do on round-off of positions is no exchange."""
         total = energies_ @ (1, 1, 1, 1, -1)
         self._extreme[1] = max(self._extreme[1], float(np.abs(total - self._extreme[0]).max()))
         exchanged = max(float(energies_[:, 0].max()), float(np.abs(energies_[:, 4] - self._energy[4]).max()))
-        weight = float(self.model.mass.sum() * np.linalg.norm(self.model.gravity)) * self._size
-        self._extreme[2] = max(self._extreme[2], exchanged, float(self._energy[0]), RESOLVED * weight)
+        weight = float(self.model.mass.sum() * np.linalg.norm(self.model.gravity)) + load
+        self._extreme[2] = max(self._extreme[2], exchanged, float(self._energy[0]), RESOLVED * weight * self._size)
 
     def _advance(self, time: float) -> bool:
         """Take steps up to a time [s]; False where the run cannot continue."""
@@ -271,10 +272,9 @@ class Mechanism(Capabilities):
 
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact up to the last step, (b, 9) each."""
-        window = self._system.window
-        return [
-            self.touching.of_contact(track, self.steps.state, self.steps.time, window) for track in self.touching.tracks
-        ]
+        separation, at = self._system.separation, (self.steps.state, self.steps.time)
+        tracks = zip(self.touching.tracks, self._system.windows.tolist(), strict=True)
+        return [self.touching.of_contact(track, *at, separation, window) for track, window in tracks]
 
     def outcome(self) -> Outcome:
         (q, v), sample = self._at, self._recorder.samples[-1]

@@ -32,6 +32,7 @@ modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_count = 8 }
 
 [component.link.geometry]
 kind = "beam"
+theory = "euler-bernoulli"
 length = 0.2
 motion = "space"
 section = { kind = "circle", radius = 0.005 }

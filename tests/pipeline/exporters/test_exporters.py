@@ -31,7 +31,7 @@ ROUND_OFF = 1e-13
 """Both sides are the same sums of the same numbers."""
 
 SECTION = {"kind": "circle", "radius": 0.01}
-BEAM = {"kind": "beam", "length": 1.0, "section": SECTION}
+BEAM = {"kind": "beam", "theory": "euler-bernoulli", "length": 1.0, "section": SECTION}
 LINES = {
     "line3": Bar(kind="bar", length=1.0, area=1e-4),
     "beam2": Beam.model_validate(BEAM),

@@ -41,7 +41,12 @@ from tests.pipeline.solids import FAMILIES, box
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 SIZE = 0.05
-BEAM = {"kind": "beam", "length": 0.2, "section": {"kind": "rectangle", "width": 0.02, "height": 0.01}}
+BEAM = {
+    "kind": "beam",
+    "theory": "euler-bernoulli",
+    "length": 0.2,
+    "section": {"kind": "rectangle", "width": 0.02, "height": 0.01},
+}
 
 
 class Solid(BaseModel):

@@ -251,6 +251,7 @@ def test_what_a_clamp_of_a_beam_holds_does_not_depend_on_the_unit_of_length(unit
     beam = Beam.model_validate(
         {
             "kind": "beam",
+            "theory": "euler-bernoulli",
             "length": 0.3 * unit,
             "section": {"kind": "rectangle", "width": 0.02 * unit, "height": 0.003 * unit},
         }

@@ -81,9 +81,16 @@ def test_fibres_of_beams_in_space(turned: bool) -> None:
     names = {"top": (0, 5e-3), "bottom": (0, -5e-3), "left": (6e-3, 0), "right": (-6e-3, 0)}
     gauges = {name: {"station": "mid", "fibre": name, "quantity": "strain"} for name in names}
     gauges |= {"moment": {"station": "mid", "quantity": "bending-moment"}}
-    beam = {"kind": "beam", "length": 0.3, "section": SECTION, "motion": "space", "stations": {"mid": 0.1}}
+    beam = {
+        "kind": "beam",
+        "theory": "euler-bernoulli",
+        "length": 0.3,
+        "section": SECTION,
+        "motion": "space",
+        "stations": {"mid": 0.1},
+    }
     frame = {
-        "kind": "frame", "section": SECTION, "nodes": {"a": [0, 0, 0], "b": [0, 0.3, 0]},
+        "kind": "frame", "theory": "euler-bernoulli", "section": SECTION, "nodes": {"a": [0, 0, 0], "b": [0, 0.3, 0]},
         "members": {"one": {"start": "a", "end": "b", "stations": {"mid": 0.1}}},
     }  # fmt: skip
     model, rows = rows_of(frame if turned else beam, gauges, 0.05)
@@ -112,7 +119,7 @@ def test_fibres_of_beams_in_space(turned: bool) -> None:
 )  # fmt: skip
 def test_frames_that_are_none_are_refused(geometry: dict[str, Any], message: str) -> None:
     frame = {
-        "kind": "frame", "section": SECTION, "nodes": {"a": [0, 0, 0], "b": [0, 0.3, 0]},
+        "kind": "frame", "theory": "euler-bernoulli", "section": SECTION, "nodes": {"a": [0, 0, 0], "b": [0, 0.3, 0]},
         "members": {"one": {"start": "a", "end": "b"}},
     }  # fmt: skip
     with pytest.raises(ValueError, match=message):
@@ -121,7 +128,7 @@ def test_frames_that_are_none_are_refused(geometry: dict[str, Any], message: str
 
 def test_a_frame_in_pieces_is_refused() -> None:
     frame = {
-        "kind": "frame", "section": SECTION,
+        "kind": "frame", "theory": "euler-bernoulli", "section": SECTION,
         "nodes": {"a": [0, 0, 0], "b": [0, 0.3, 0], "c": [1, 0, 0], "d": [1, 1, 0]},
         "members": {"one": {"start": "a", "end": "b"}, "two": {"start": "c", "end": "d"}},
     }  # fmt: skip

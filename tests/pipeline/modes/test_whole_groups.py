@@ -24,6 +24,7 @@ def notes(section: dict[str, Any], modes: dict[str, Any], mesh: float = 0.05) ->
         {
             "geometry": {
                 "kind": "beam",
+                "theory": "euler-bernoulli",
                 "length": 0.6,
                 "motion": "space",
                 "section": section,

@@ -17,7 +17,7 @@ from gudgeon.pipeline.nodal.points import banded as narrow
 from gudgeon.pipeline.nodal.points import loop as meeting
 from gudgeon.pipeline.nodal.points.contact import new_press, press
 from gudgeon.pipeline.nodal.problem import NodalBody, PointContact, PointProblem
-from gudgeon.pipeline.nodal.quantities import History, contact_quantities, located, resolved, window_of
+from gudgeon.pipeline.nodal.quantities import History, contact_quantities, located, resolved, windows_of
 from gudgeon.pipeline.nodal.scene.problem import nodal_problem
 from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.nodal.start import supported_body
@@ -370,12 +370,12 @@ def test_impacts_are_located_between_steps() -> None:
     gap = np.array([0.25, 0.15, 0.05, -0.05, -0.15, -0.05, 0.05, 0.15, 0.25])
     force = np.array([0.0, 0, 1, 3, 3, 1, 0, 0])
     history = History(times, force[:, None], gap[:, None], np.array([-1.0]))
-    (impact,) = located(history, UP, 0.2, rigid=False)
+    (impact,) = located(history, UP, (0.2, 0.2), rigid=False)
     np.testing.assert_allclose(impact, [0.25, 0.55, 0.8, 3.0, 0.35, 1.0, 1.0, 0.75 * 3 + 0.25, 0.4])
     closed = np.array([0.15, 0.05, 0.01, 0.01, 0.01, 0.01, 0.01, 0.04, 0.07])
     force = np.array([0.0, 1, 2, 2, 2, 1, 0, 0])
     history = History(times, force[:, None], closed[:, None], np.array([-1.0]))
-    (impact,) = located(history, UP, 0.3, rigid=True)
+    (impact,) = located(history, UP, (0.3, 0.3), rigid=True)
     np.testing.assert_allclose(impact, [0.1 + 0.05, 0.6, 8 * h, 2.0, 0.25, 1.0, 0.3, 0.75 * 2 + 2 / 9, 0.35])
 
 
@@ -385,16 +385,18 @@ def test_rigid_impacts_part_within_what_steps_resolve() -> None:
     force[[*range(100, 140), *range(160, 200), *range(240, 280)]] = 2.0
     history = History(np.arange(1001.0), force[:, None], np.zeros((1001, 1)), np.zeros(1))
     contact = PointContact((None,), np.zeros(1), np.array([[0.0, 0.0, 1.0]]), 0)
-    window = window_of(None, history.times, contact, elastic=True)
-    rigid = contact_quantities(history, contact, (still, None), window)
-    assert window == resolved(history.times) == pytest.approx(27.44, abs=0.01)
+    resultant = history.forces @ contact.directions
+    separation, window = windows_of(None, history.times, contact, True, resultant)
+    rigid = contact_quantities(history, contact, (still, None), (separation, window))
+    assert separation == resolved(history.times) == pytest.approx(27.44, abs=0.01)
+    assert window == pytest.approx(0.1 * (200 - 100))  # A tenth of the first of two impacts of equal force.
     assert [rigid[name][0] for name in ("impacts", "impact1.end", "impact2.start")] == [2, 200, 240]
     assert rigid["force_window"] == (window, "s")
     lawful = replace(contact, law=np.array([[1.0, 1.5, 0.0, 0.0]]))
-    window = window_of(None, history.times, lawful, elastic=True)
-    assert contact_quantities(history, lawful, (still, None), window)["impacts"][0] == 3
-    assert window_of(None, history.times, contact, elastic=False) == 0
-    assert window_of(5.0, history.times, contact, elastic=True) == 5
+    windows = windows_of(None, history.times, lawful, True, resultant)
+    assert contact_quantities(history, lawful, (still, None), windows)["impacts"][0] == 3
+    assert windows_of(None, history.times, contact, False, resultant) == (0, 0)
+    assert windows_of(3.0, history.times, contact, True, resultant) == (3.0, 3.0)
 
 
 @pytest.mark.parametrize(

@@ -78,6 +78,7 @@ gauge.under = {{ station = "mid", fibre = "bottom" }}
 modes = {{ reduction = "macneal", normal_count = 6 }}
 [component.beam.geometry]
 kind = "beam"
+theory = "euler-bernoulli"
 length = 0.3
 section = {{ kind = "rectangle", width = 0.01, height = 0.01 }}
 stations = {{ mid = 0.15 }}

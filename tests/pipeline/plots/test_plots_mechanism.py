@@ -33,6 +33,7 @@ interface.b = { surface = "right", kind = "tie", tie = "rbe2" }
 gauge.near = { station = "near", fibre = "top" }
 [component.link.geometry]
 kind = "beam"
+theory = "euler-bernoulli"
 length = 0.2
 motion = "space"
 section = { kind = "rectangle", width = 0.01, height = 0.01 }

@@ -15,7 +15,7 @@ LENGTH, WIDTH, HEIGHT = 0.2, 0.012, 0.008
 STEEL = {"E": 2.1e11, "nu": 0.0, "rho": 7850.0}
 LINE_MASS = 7850.0 * WIDTH * HEIGHT
 BEAM = {
-    "kind": "beam", "length": LENGTH, "motion": "space",
+    "kind": "beam", "theory": "euler-bernoulli", "length": LENGTH, "motion": "space",
     "section": {"kind": "rectangle", "width": WIDTH, "height": HEIGHT},
 }  # fmt: skip
 BOX = {"kind": "box", "lx": LENGTH, "ly": WIDTH, "lz": HEIGHT}

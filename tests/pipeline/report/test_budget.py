@@ -151,7 +151,7 @@ def test_layer_is_the_larger_of_half_and_double(made: tuple[Path, Job, Document]
     values = {}
     changes = [f"{path}={json.dumps(value)}" for path, value in flat(settings)]
     scene = folder / "scene" / "scene.toml"
-    window = system_of(open_job(scene, set=changes, db=folder / "db")).window
+    window = system_of(open_job(scene, set=changes, db=folder / "db")).separation
     for factor in (0.5, 1.0, 2.0):
         varied = [] if factor == 1.0 else [f"contact.bore.surface_stiffness={factor * 1e14}", f"run.window={window}"]
         job = open_job(scene, set=[*changes, *varied], db=folder / "db")

@@ -18,6 +18,7 @@ mesh.size = 0.1
 modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_count = 4 }
 [component.beam.geometry]
 kind = "beam"
+theory = "euler-bernoulli"
 length = 1.0
 motion = "space"
 section = { kind = "rectangle", width = 0.01, height = 0.01 }

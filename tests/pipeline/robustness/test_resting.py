@@ -13,7 +13,7 @@ CASE = "static deflection into the obstacle"
 
 STRIP = """
 [component.strip]
-geometry = { kind = "beam", length = 0.3, section = { kind = "rectangle", width = 0.02, height = 0.003 } }
+geometry = {kind="beam", theory="euler-bernoulli", length=0.3, section={kind="rectangle", width=0.02, height=0.003}}
 material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 mesh = { size = 0.01 }
 supports = [{ surface = "left" }]

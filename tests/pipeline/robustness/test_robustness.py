@@ -218,7 +218,10 @@ def test_a_shape_without_a_dimension_is_refused() -> None:
 MESHES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "solid": (Box(kind="box", lx=0.1, ly=0.02, lz=0.03), ("left",)),
     "beam": (
-        Beam.model_validate({"kind": "beam", "length": 0.1, "section": {"kind": "circle", "radius": 0.01}}), ("left",),
+        Beam.model_validate(
+            {"kind": "beam", "theory": "euler-bernoulli", "length": 0.1, "section": {"kind": "circle", "radius": 0.01}}
+        ),
+        ("left",),
     ),
     "timoshenko": (
         Beam.model_validate(

@@ -106,14 +106,6 @@ def test_contacts_that_rest_or_are_driven_get_none(tmp_path: Path) -> None:
     for scene in ("rigid/incline-sticks.toml", "rigid/scene.toml", "extreme/e0.toml"):
         found = notes(scene, tmp_path / scene)
         assert CLOSED not in found
-        assert "half of the run" not in found
-
-
-def test_a_window_longer_than_half_of_the_run_gets_a_note(tmp_path: Path) -> None:
-    few = {"component.rod.modes.normal_count": 1, "run.duration": 6e-4}
-    words = "longer than half of the run; set run.duration longer, or run.window"
-    assert words in notes("rod-wall", tmp_path / "default", **few)
-    assert words not in notes("rod-wall", tmp_path / "given", **few, **{"run.window": 4e-4})
 
 
 def test_a_window_below_the_step_gets_a_note(tmp_path: Path) -> None:
@@ -123,17 +115,27 @@ def test_a_window_below_the_step_gets_a_note(tmp_path: Path) -> None:
     assert words not in notes("rod-wall", tmp_path / "long", **given, **{"run.window": 1e-5})
 
 
-def test_an_impact_shorter_than_the_mean_of_its_force_gets_a_note(tmp_path: Path) -> None:
+def test_the_window_of_a_force_follows_the_impact(tmp_path: Path) -> None:
     """A block on its contact layer: a half sine of π (m/k)^½ = 39 µs, its peak v (k m)^½ = 15 kN; README's scene."""
-    found = run_block(tmp_path / "default")
-    (note,) = [note for note in found.notes if "its hardest impact lasts" in note]
-    assert note.startswith("contact.floor: its hardest impact lasts 4e-05 s, and force_peak is a mean over 5.")
-    assert note.endswith("Set run.window = 4e-06: its estimated error says whether the modes resolve it")
-    assert force(found, "force_peak") < 0.7 * force(found, "force_peak_raw")
-    found = run_block(tmp_path / "given", **{"run.window": 4e-6})
-    assert not any("its hardest impact lasts" in note for note in found.notes)
+    found = run_block(tmp_path / "default", **{"run.checks": True})
+    lasts = found.quantities["floor.duration"]["value"]
+    window = found.quantities["floor.force_window"]["value"]
+    assert window == pytest.approx(0.1 * lasts, rel=0.02)  # Of the first run, with twice the step.
     assert force(found, "force_peak") == pytest.approx(force(found, "force_peak_raw"), rel=0.02)
-    assert "its hardest impact lasts" not in notes("rod-wall", tmp_path / "longer", **FEW)
+    (note,) = [note for note in found.notes if "its hardest impact lasts" in note]
+    assert note.startswith(f"contact.floor: force_peak, {force(found, 'force_peak'):.4g} N, is a mean over 8")
+    resolved = force(found, "force_resolved")
+    assert f"The modes resolve the mean over 5.44e-05 s: {resolved:.4g} N." in note
+    assert resolved < 0.7 * force(found, "force_peak")
+    given = run_block(tmp_path / "given", **{"run.window": window, "run.checks": True})
+    assert not any("its hardest impact lasts" in note for note in given.notes)
+    assert force(given, "force_peak") == pytest.approx(force(found, "force_peak"), rel=1e-6)
+    for name in ("layer.force", "basis.force", "step.force"):
+        assert found.estimates[name] == pytest.approx(given.estimates[name], rel=0.01), name
+    wide = run_block(tmp_path / "wide", **{"run.window": found.quantities["floor.resolved_window"]["value"]})
+    assert resolved == pytest.approx(force(wide, "force_peak"), rel=1e-3)
+    modes = {"component.rod.modes.normal_count": 30}
+    assert "its hardest impact lasts" not in notes("rod-wall", tmp_path / "longer", **modes)
 
 
 def test_a_window_for_jumps_of_velocity_gets_a_note(tmp_path: Path) -> None:

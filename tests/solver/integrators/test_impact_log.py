@@ -42,7 +42,7 @@ def histories(seed: int, contacts: int = 3, steps: int = 4000) -> np.ndarray:
 
 
 def logged(forces: np.ndarray, window: float, pieces: int = 7) -> list[np.ndarray]:
-    log = impact_log([0] * forces.shape[1], STEP, window)
+    log = impact_log([0] * forces.shape[1], STEP, window, np.full(forces.shape[1], window))
     located, first = Located(log), 0
     for part in np.array_split(forces, pieces):
         feed(log, part, first)
@@ -56,7 +56,7 @@ def test_steps_and_histories_agree(window: float) -> None:
     for seed in range(5):
         forces = histories(seed)
         for k, found in enumerate(logged(forces, window)):
-            expected = impacts_in(STEP * np.arange(len(forces) + 1), forces[:, k], window)
+            expected = impacts_in(STEP * np.arange(len(forces) + 1), forces[:, k], window, window)
             # Begin and end are located by gaps, of which there are none here.
             columns = [2, 3, 4, 7, 8]
             np.testing.assert_allclose(found[:, columns], expected[:, columns], rtol=1e-9, atol=1e-9)
@@ -65,7 +65,7 @@ def test_steps_and_histories_agree(window: float) -> None:
 @pytest.mark.parametrize("window", [0.0, 7.3 * STEP])
 def test_exact_courses_of_constant_forces_are_those_of_steps(window: float) -> None:
     forces = histories(3)[:, :1]
-    tracker, (expected,) = ContactImpacts(window), logged(forces, window)
+    tracker, (expected,) = ContactImpacts(window, window), logged(forces, window)
     for number, force in enumerate(forces[:, 0]):
         edges = STEP * np.array([number, number + 1])
         if not force.any():
@@ -138,10 +138,33 @@ def test_every_integrator_gives_the_same_quantities(tmp_path: Path) -> None:
             assert quantities[f"wall.{key}"]["value"] == pytest.approx(value, rel=5e-3), (name, key)
 
 
+def test_default_windows_of_all_loops_follow_the_impact(tmp_path: Path) -> None:
+    """A rod of two modes, whose periods are longer than a tenth of the impact: 2 L/c."""
+    for name in ("event", "explicit", "implicit"):
+        scene = rod_scene(6e-4)
+        scene["contact"]["wall"] |= {"method": "penalty", "surface_stiffness": 2e8 / 1e-4}
+        scene["run"] |= {"integrator": name, "frames": 10}
+        system = build(tmp_path / name, rod_records(2), scene)
+        found = simulate(system)
+        window, impact = found.quantities["wall.force_window"]["value"], found.impacts["wall"][0]
+        assert window == pytest.approx(0.1 * (impact[1] - impact[0]), rel=0.05), name  # Of twice the step.
+        assert window < 0.5 * system.separation
+        scene["run"]["window"] = window
+        given = simulate(build(tmp_path / f"{name}-given", rod_records(2), scene)).quantities
+        peak = found.quantities["wall.force_peak"]["value"]
+        assert peak == pytest.approx(given["wall.force_peak"]["value"], rel=1e-6), name
+        resolved = found.quantities["wall.force_resolved"]
+        assert resolved["value"] < 0.8 * peak
+        scene["run"]["window"] = found.quantities["wall.resolved_window"]["value"]
+        given = simulate(build(tmp_path / f"{name}-wide", rod_records(2), scene)).quantities
+        assert resolved["value"] == pytest.approx(given["wall.force_peak"]["value"], rel=2e-3), name
+
+
 def test_windowed_force_is_that_of_the_history(tmp_path: Path) -> None:
     found = solved(tmp_path, 40_000, integrator="implicit", step=1e-8)
     times, force = np.concatenate([[0.0], found.times]), found.contacts["wall"].force
-    expected = impacts_in(times, force, found.quantities["wall.force_window"]["value"])
+    window = found.quantities["wall.force_window"]["value"]
+    expected = impacts_in(times, force, window, window)
     np.testing.assert_allclose(found.impacts["wall"][:, [2, 3, 4, 7]], expected[:, [2, 3, 4, 7]], rtol=1e-9)
     np.testing.assert_allclose(found.impacts["wall"][:, :2], expected[:, :2], atol=found.times[0])
 
@@ -173,5 +196,5 @@ def test_a_full_log_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_steps_too_short_for_the_window_are_one_clear_line() -> None:
     with pytest.raises(SolverError, match=r"^steps of 1e-30 s: the window of peak forces, 1e-05 s, has more"):
-        impact_log([0], 1e-30, 1e-5)
-    assert len(impact_log([0], 1e-8, 1e-5).ring[0]) == 2003
+        impact_log([0], 1e-30, 1e-5, np.full(1, 1e-5))
+    assert len(impact_log([0], 1e-8, 1e-5, np.full(1, 1e-5)).ring[0]) == 2003

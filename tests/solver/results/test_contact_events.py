@@ -12,7 +12,7 @@ FORCES = HISTORY[:, None] * np.array([0.0, 0.6, 0.8])
 
 
 def test_a_history_has_impacts() -> None:
-    impacts = impacts_in(TIMES, FORCES, 0.0)
+    impacts = impacts_in(TIMES, FORCES, 0.0, 0.0)
     np.testing.assert_allclose(
         impacts[:, :5], [[0.5, 1.5, 4.0, 6.0, 1.25], [2.0, 2.5, 2.0, 4.0, 2.25], [4.0, 5.0, 4.5, 8.0, 4.25]]
     )
@@ -22,18 +22,18 @@ def test_a_history_has_impacts() -> None:
     assert values["impact2.impulse"][0] == pytest.approx(2.0, rel=1e-14)
     assert values["force_peak"] == values["force_peak_raw"] == (8.0, "N")
     assert "impact1.approach_speed" not in values  # Unknown, not zero.
-    assert impact_quantities(impacts_in(TIMES, np.zeros((10, 3)), 0.5), 0.5) == {"impacts": (0.0, "1")}
+    assert impact_quantities(impacts_in(TIMES, np.zeros((10, 3)), 0.5, 0.5), 0.5) == {"impacts": (0.0, "1")}
 
 
 def test_impacts_closer_than_the_window_are_one() -> None:
-    joined = impacts_in(TIMES, FORCES, 0.6)
+    joined = impacts_in(TIMES, FORCES, 0.6, 0.6)
     np.testing.assert_allclose(joined[:, :4], [[0.5, 2.5, 6.0, 6.0], [4.0, 5.0, 4.5, 8.0]])
-    assert len(impacts_in(TIMES, FORCES, 0.5)) == 3  # Separated by exactly the window.
+    assert len(impacts_in(TIMES, FORCES, 0.5, 0.5)) == 3  # Separated by exactly the window.
 
 
 def test_windowed_peak_has_a_weight_that_rises_and_falls_over_the_window() -> None:
     """Means of the force with a triangle of height 1/W and base 2W, at best places on the grid of half steps."""
-    impacts = impacts_in(TIMES, FORCES, 0.75)
+    impacts = impacts_in(TIMES, FORCES, 0.75, 0.75)
     offsets = (np.arange(30_000) + 0.5) / 10_000 - 1.5
     weights = np.maximum(0.0, 1 - np.abs(offsets) / 0.75) / 0.75 * 1e-4
     for (begin, end), (force, time) in zip(impacts[:, :2], impacts[:, 7:], strict=True):
@@ -51,7 +51,7 @@ def test_windowed_peak_has_a_weight_that_rises_and_falls_over_the_window() -> No
 def test_the_window_of_a_short_impact_is_around_it() -> None:
     forces = np.zeros((10, 3))
     forces[4] = [3.0, 0.0, 0.0]
-    impacts = impacts_in(TIMES, forces, 2.0)
+    impacts = impacts_in(TIMES, forces, 2.0, 2.0)
     # The weight is 1/W in the middle of the 0.5 s, and 1/W (1 − 0.25 / W) at their ends.
     np.testing.assert_allclose(impacts[0, 7:], [1.5 / 2.0 * (1 - 0.125 / 2.0), 2.25], rtol=1e-14)
 
@@ -59,7 +59,7 @@ def test_the_window_of_a_short_impact_is_around_it() -> None:
 def test_opposite_forces_of_one_impact_add_up() -> None:
     """The impulse is the size of an integral, not the integral of sizes."""
     forces = np.array([[3.0, 0, 0], [-1.0, 0, 0], [0, 0, 0]])
-    impacts = impacts_in(0.5 * np.arange(4), forces, 0.5)
+    impacts = impacts_in(0.5 * np.arange(4), forces, 0.5, 0.5)
     assert impacts[0, 2] == pytest.approx(1.0, rel=1e-14)
     assert impacts[0, 3] == 3.0
 

@@ -87,7 +87,7 @@ def test_peak_of_a_gauge_of_one_number(tmp_path: Path, unit: str, peak: str) -> 
 
 SAGGING = """
 [component.arm]
-geometry = { kind = "beam", length = 0.8, section = { kind = "rectangle", width = 0.02, height = 0.006 } }
+geometry = {kind="beam", theory="euler-bernoulli", length=0.8, section={kind="rectangle", width=0.02, height=0.006}}
 material = { E = 70e9, nu = 0.33, rho = 2700.0 }
 mesh.size = 0.1
 supports = ["left"]

@@ -257,3 +257,32 @@ def test_probes_change_no_bit(name: str, points: int, contact: dict[str, Any], t
         np.testing.assert_array_equal(getattr(bare, key), getattr(read, key))
     np.testing.assert_array_equal(bare.contacts["wall"].force, read.contacts["wall"].force)
     np.testing.assert_array_equal(bare.impacts["wall"], read.impacts["wall"])
+
+
+@pytest.mark.parametrize("integrator", ["event", "implicit"])
+def test_peaks_between_samples_are_found(integrator: str, tmp_path: Path) -> None:
+    """A sample falls on each zero of a vibration: x = v/ω, a = v ω, F = k v/ω; histories stay those of samples."""
+    mass, speed, omega = 0.5, 0.3, 2 * np.pi * 400.0
+    scene: dict[str, Any] = {
+        "body": {"part": {"velocity": [speed, 0, 0]}},
+        "force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": mass * omega**2}},
+        "probe": {
+            "d": {"kind": "displacement", "body": "part", "direction": [1, 0, 0]},
+            "a": {"kind": "acceleration", "body": "part", "direction": [1, 0, 0]},
+            "f": {"kind": "force", "of": "force.s"},
+        },
+        "run": {"duration": 0.5, "samples": 200, "frames": 50, "integrator": integrator},
+    }
+    if integrator == "implicit":
+        scene["run"] |= {"step": 1e-5}
+    found = simulate(build(tmp_path, rigid_records(mass, {}), scene))
+    exact = {
+        "d.displacement_peak": speed / omega,
+        "a.acceleration_peak": speed * omega,
+        "f.force_peak": mass * omega * speed,
+    }
+    for name, value in exact.items():
+        assert abs(found.quantities[name]["value"]) == pytest.approx(value, rel=2e-3), name
+    assert found.quantities["d.displacement_peak_time"]["value"] < 0.01
+    assert np.abs(found.probes["d"].values).max() < 0.1 * speed / omega
+    assert "probe.d: its history is that of samples 0.0025 s apart" in found.counts["sample_notes"]

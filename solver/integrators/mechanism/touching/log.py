@@ -354,6 +354,6 @@ class Touching:
                 every.append(complete)
         return np.array(sorted(every, key=lambda impact: float(impact[BEGINS]))).reshape(-1, IMPACT_COLUMNS)
 
-    def of_contact(self, track: Track, state: np.ndarray, time: float, window: float) -> np.ndarray:
-        """Return the impacts of a contact up to a time, (b, 9); those separated by less than the window [s] are one."""
-        return track.impacts(self.of_sections(track.sections, state, time), window)
+    def of_contact(self, track: Track, state: np.ndarray, time: float, separation: float, window: float) -> np.ndarray:
+        """Return the impacts of a contact up to a time, (b, 9); those separated by less than a time [s] are one."""
+        return track.impacts(self.of_sections(track.sections, state, time), separation, window)

@@ -48,19 +48,20 @@ class Track:
         """Whether it has pressed."""
         return bool(self._times)
 
-    def impacts(self, section_impacts: np.ndarray, window: float) -> np.ndarray:
+    def impacts(self, section_impacts: np.ndarray, separation: float, window: float) -> np.ndarray:
         """Return the impacts of the contact, (b, 9) as `Trajectory.impacts`.
 
         Args:
             section_impacts: Those of its sections, sorted by their begins.
-            window: Time below which impacts are one, and over which forces are averaged [s].
+            separation: Time below which impacts are one [s].
+            window: Time over which forces are averaged [s].
         """
         if not len(section_impacts):
             return np.zeros((0, IMPACT_COLUMNS))
         groups: list[list[np.ndarray]] = []
         end = -np.inf
         for impact in section_impacts:
-            if groups and impact[BEGINS] - end <= window:
+            if groups and impact[BEGINS] - end <= separation:
                 groups[-1].append(impact)
             else:
                 groups.append([impact])

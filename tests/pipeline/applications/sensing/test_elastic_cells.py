@@ -19,6 +19,7 @@ CELL = f"""
 material = {{ E = {E}, nu = {NU}, rho = 7850.0 }}
 mesh = {{ size = 0.01 }}
 geometry.kind = "frame"
+geometry.theory = "euler-bernoulli"
 geometry.section = {{ kind = "rectangle", width = {WIDTH}, height = {WIDTH} }}
 geometry.nodes = {{ foot = [0.0, 0.0, 0.0], top = [0.0, 0.0, {POST}] }}
 geometry.members.post = {{ start = "foot", end = "top", up = [1.0, 0.0, 0.0] }}
