@@ -153,11 +153,11 @@ def _controlled(
         plans: Of the run, and of these steps.
     """
     (system, judged), (plan, first_plan) = systems, plans
-    found, finest = controlled(judged, trajectory, first_plan, lambda trial: _march(judged, trial, progress))
-    if judged is system or found.result == Result.STOPPED.name:
-        return found, finest
+    settled, finest = controlled(judged, trajectory, first_plan, lambda trial: _march(judged, trial, progress))
+    if judged is system or settled.result == Result.STOPPED.name:
+        return settled, finest
     plan = plan.within(finest.step)
-    return _as_judged(_march(system, plan, progress), found), plan
+    return _as_judged(_march(system, plan, progress), settled), plan
 
 
 def _with_peaks(system: System, trajectory: Trajectory, plan: Plan, progress: Progress | None) -> Trajectory:
@@ -303,8 +303,8 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
 def _from_rest(system: System, impacts: list[np.ndarray], step: float) -> list[np.ndarray]:
     """Return impacts, (b, 9) each, of which the first begins at 0 without speed where the contact presses at rest."""
     for contact, contact_impacts in zip(system.contacts, impacts, strict=True):
-        pressed = len(contact_impacts) and np.any(system.start_forces[contact.rows] > 0)
-        if pressed and contact_impacts[0, BEGINS] <= step:
+        presses = len(contact_impacts) and np.any(system.start_forces[contact.rows] > 0)
+        if presses and contact_impacts[0, BEGINS] <= step:
             contact_impacts[0, [BEGINS, CLOSING]] = 0.0
     return impacts
 

@@ -45,9 +45,9 @@ def passed_over(system: System, trajectory: Trajectory) -> bool:
         return False
     travel, rate = np.ptp(trajectory.frames, axis=0), np.abs(trajectory.velocities).max(axis=0)
     for name, body in system.bodies.items():
-        first = trajectory.coordinate_offsets[name]
-        middle, end = first + body.rigid_count, first + body.record_count
-        for span in (slice(first, middle), slice(middle, end)):
+        start = trajectory.coordinate_offsets[name]
+        middle, end = start + body.rigid_count, start + body.record_count
+        for span in (slice(start, middle), slice(middle, end)):
             noticed = rate[span] > NOTICED * rate[span].max(initial=0.0)
             if np.any(noticed & (float(trajectory.times[0]) * rate[span] > FOLLOWED * travel[span])):
                 return True

@@ -150,7 +150,7 @@ def _on_facets(
     )
 
 
-def _shared_areas(pairing: Pairing, own: np.ndarray) -> tuple[np.ndarray | None, tuple[float, float]]:
+def _shared_areas(pairing: Pairing, point_areas: np.ndarray) -> tuple[np.ndarray | None, tuple[float, float]]:
     """Return the areas of points that meet another surface, in sum what it covers [m^2], (c,), and `OtherBlock.met`.
 
     What is covered of facets whose points meet nothing counts to those that do, which carry its force.
@@ -160,7 +160,10 @@ def _shared_areas(pairing: Pairing, own: np.ndarray) -> tuple[np.ndarray | None,
         return None, (0.0, 0.0)
     covered = np.where(meets, pairing.areas, 0.0)
     areas = covered * float(pairing.areas.sum() / covered.sum())
-    return np.where(meets, np.maximum(areas, SLIVER * own), own), (float(own[meets].sum()), float(pairing.areas.sum()))
+    return np.where(meets, np.maximum(areas, SLIVER * point_areas), point_areas), (
+        float(point_areas[meets].sum()),
+        float(pairing.areas.sum()),
+    )
 
 
 def _numbers(surface: InterfaceModes, name: str) -> np.ndarray:

@@ -48,8 +48,8 @@ def _sharing(system: System, rows: np.ndarray, null_space: np.ndarray) -> set[st
     """Return the contacts whose resultant changes by forces that move nothing, (n, k) at some rows (n,)."""
     names, contact_of = set[str](), system.contact_of[rows]
     for i, contact in enumerate(system.contacts):
-        own = contact_of == i
-        resultants = system.directions[rows[own]].T @ null_space[own]
+        of_contact = contact_of == i
+        resultants = system.directions[rows[of_contact]].T @ null_space[of_contact]
         if np.abs(resultants).max(initial=0.0) > PART:
             names.add(contact.name)
     return names

@@ -144,12 +144,12 @@ def _turning_point(times: np.ndarray, line: np.ndarray) -> tuple[float, float]:
     slope, bend = 0.5 * (after - before), after - 2 * y + before
     turns = (np.abs(y) >= np.abs(before)) & (np.abs(y) >= np.abs(after)) & (y * bend < 0)
     if not turns.any():
-        at = int(np.abs(line).argmax())
-        return float(line[at]), float(times[at])
+        index = int(np.abs(line).argmax())
+        return float(line[index]), float(times[index])
     y, slope, bend, middle = y[turns], slope[turns], bend[turns], times[1:-1][turns]
     sizes = y - 0.5 * slope**2 / bend
-    first = int((np.abs(sizes) >= (1 - ALIKE) * np.abs(sizes).max()).argmax())
-    return float(sizes[first]), float(middle[first] - slope[first] / bend[first] * (times[1] - times[0]))
+    earliest = int((np.abs(sizes) >= (1 - ALIKE) * np.abs(sizes).max()).argmax())
+    return float(sizes[earliest]), float(middle[earliest] - slope[earliest] / bend[earliest] * (times[1] - times[0]))
 
 
 def unresolved(
@@ -192,8 +192,12 @@ def probe_quantities(times: np.ndarray, probes: Mapping[str, ProbeHistory], *, b
             continue
         values = probe.values[:, :3]
         line = values[:, 0] if values.shape[1] == 1 else np.linalg.norm(values, axis=1)
-        unit, at = probe.unit.partition(",")[0], int(np.abs(line).argmax())
-        peak, time = _turning_point(times, line) if between and 0 < at < len(line) - 1 else (line[at], times[at])
+        unit, peak_index = probe.unit.partition(",")[0], int(np.abs(line).argmax())
+        peak, time = (
+            _turning_point(times, line)
+            if between and 0 < peak_index < len(line) - 1
+            else (line[peak_index], times[peak_index])
+        )
         json |= {
             f"{name}.{probe.kind}_peak": {"value": float(peak), "unit": unit},
             f"{name}.{probe.kind}_peak_time": {"value": float(time), "unit": "s"},

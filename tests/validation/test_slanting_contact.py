@@ -14,8 +14,8 @@ from gudgeon.pipeline.nodal.scene.points import meeting_problem
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.checks.placing import slanting_notes
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.simulate import slanting_notes
 from tests.validation.test_block_on_floor import solved
 
 ANGLE = 4.0

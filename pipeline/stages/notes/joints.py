@@ -30,10 +30,10 @@ def ringing(facts: Facts) -> Iterator[str]:
     for name in deforming:
         longest = SLOWER * max(slowest.get(body, 0.0) for body in joined[name])
         history = record.joints.get(name)
-        found = None if history is None else mean_over_ringing(record.times, history, longest)
-        if found is None:
+        ringing_force = None if history is None else mean_over_ringing(record.times, history, longest)
+        if ringing_force is None:
             continue
-        peak, mean, period = found
+        peak, mean, period = ringing_force
         yield (
             f"joint.{name}: force_peak, {peak:.4g} N, is that of a vibration, which rings from the start, at which"
             f" bodies are undeformed: the largest mean over its period of {period:.2g} s is {mean:.4g} N;"

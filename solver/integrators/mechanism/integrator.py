@@ -272,9 +272,9 @@ class Mechanism(Capabilities):
 
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact up to the last step, (b, 9) each."""
-        separation, at = self._system.separation, (self.steps.state, self.steps.time)
+        separation, state = self._system.separation, (self.steps.state, self.steps.time)
         tracks = zip(self.touching.tracks, self._system.windows.tolist(), strict=True)
-        return [self.touching.of_contact(track, *at, separation, window) for track, window in tracks]
+        return [self.touching.of_contact(track, *state, separation, window) for track, window in tracks]
 
     def outcome(self) -> Outcome:
         (q, v), sample = self._at, self._recorder.samples[-1]

@@ -10,9 +10,10 @@ import pytest
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver.checks.placing import adjusted_notes
 from gudgeon.solver.contact.facets import Facets, paired
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.simulate import adjusted_notes, simulate
+from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 
