@@ -23,7 +23,7 @@ from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes, slanting_notes
 from gudgeon.solver.checks.resolved import passed_over, with_peaks, with_resolved_forces
-from gudgeon.solver.errors import SceneError
+from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
 from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread, step_factor
