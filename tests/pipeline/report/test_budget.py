@@ -232,7 +232,7 @@ def test_a_basis_error_above_the_tolerance_refuses_what_is_compared_with_the_fin
     refused = in_its_basis(choice, runs, basis_of(0.9), "finest")
     assert refused.run is None
     assert refused.why == (
-        "30 modes meets 1% against the finest setting, but the basis error of 30 modes is 90% (impulse): increase"
+        "30 modes meets 1% against the finest setting, but the basis error of 30 modes is 90.00% (impulse): increase"
         " component.*.modes.normal_count, or fixed_count"
     )
     assert in_its_basis(choice, runs, basis_of(0.9, "60 modes"), "finest").run is None
