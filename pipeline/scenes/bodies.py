@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
 from gudgeon.pipeline.files import scene_path
+from gudgeon.pipeline.geometry.shapes.plane import PlanePart
 from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.gauge import Sensor
 from gudgeon.pipeline.scenes.reading import check_scene, override_texts, read_tables
@@ -162,6 +163,13 @@ class SceneFile(Scene):
         ends += [(f.against, f.against_interface) for f in self.springs().values()]
         loaded = any(body in bodies and interface is not None for body, interface in ends)
         return bool(bodies) and (loaded or bool(self.pulls_on(component)))
+
+    def weighs(self, component: str) -> bool:
+        """Whether the modes of a component have stiffness by the stress of its weight."""
+        definition = self.component[component]
+        bears = _is_soft_across(definition) and not isinstance(definition.geometry, PlanePart)
+        pulled = self.stressed(component) and bool(self.pulls_on(component))
+        return pulled and bears and definition.material is not None
 
     def crossed(self, component: str) -> tuple[str, float] | None:
         """Return the traction space that a moving force crosses, and where across [m]; None without `modes.swap`."""

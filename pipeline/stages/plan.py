@@ -31,11 +31,13 @@ def plan(job: Job) -> dict[str, Any]:
 
     rows, read, stocks, components = [], {}, {}, job.components()
     for body in job.scene.body:
-        component = job.scene.component[job.scene.component_of(body)]
-        fields = [f"{PLACES[item.kind]}/{name}" for name, item in component.interface.items()]
-        fields += [f"gauges/{name}" for name in component.gauge]
+        name = job.scene.component_of(body)
+        component = job.scene.component[name]
+        fields = [f"{PLACES[item.kind]}/{place}" for place, item in component.interface.items()]
+        fields += [f"gauges/{gauge}" for gauge in component.gauge]
         elastic, swapped = component.modes.reduction != "rigid", component.modes.swap is not None
-        stocks[body] = Stock(elastic, bool(component.supports), swapped, places=tuple(fields))
+        weighs = job.scene.weighs(name)
+        stocks[body] = Stock(elastic, bool(component.supports), swapped, weighs=weighs, places=tuple(fields))
     for term in scene_terms(job.scene, stocks):
         steps = components[job.scene.component_of(term.body)]
         keys = {"mesh": steps["mesh"].key, "modes": steps["modes"].key, "morph": steps["morph"].key}
