@@ -61,9 +61,9 @@ class _Messages:
 
     def write(self, text: str) -> int:
         """Write a text, or discard it and all that follows."""
-        own = CLEAR if text.startswith(CLEAR) else ""
+        prefix = CLEAR if text.startswith(CLEAR) else ""
         try:
-            return self._stream.write(own + CONTROL.sub("\N{REPLACEMENT CHARACTER}", text[len(own) :]))
+            return self._stream.write(prefix + CONTROL.sub("\N{REPLACEMENT CHARACTER}", text[len(prefix) :]))
         except OSError:
             discard(self._stream)
             return len(text)

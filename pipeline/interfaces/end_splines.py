@@ -36,14 +36,14 @@ def placed_tractions(grid: SplineGrid, centroids: np.ndarray, active: np.ndarray
         centroids: Of the tractions as the surface cuts them [m], (f, 2); NaN of those that find no surface.
         active: The spline in the place of each one, (f,): itself, or the nearest that finds surface.
     """
-    centres, found = spline_centres(grid), np.isfinite(centroids).all(axis=1)
+    centres, on_surface = spline_centres(grid), np.isfinite(centroids).all(axis=1)
     numbers = np.column_stack(np.divmod(np.arange(grid.size), int(grid.counts[1])))
     off = np.abs(centroids[active] - centres).max(axis=1) > INSIDE * grid.spacing.min()
     D = sparse.lil_matrix((grid.size, grid.size))
     D[np.arange(grid.size), active] = 1.0
     for a in np.flatnonzero(off):
-        near = found & (np.abs(numbers - numbers[active[a]]).max(axis=1) <= REACH)
-        neighbours = np.flatnonzero(near)
+        within_reach = on_surface & (np.abs(numbers - numbers[active[a]]).max(axis=1) <= REACH)
+        neighbours = np.flatnonzero(within_reach)
         arms = (centroids[neighbours] - centres[a]) / grid.spacing
         moments = np.vstack([np.ones(len(neighbours)), arms.T])
         lacking = -moments @ (neighbours == active[a]) + np.array([1.0, 0.0, 0.0])

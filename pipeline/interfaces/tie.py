@@ -223,17 +223,17 @@ def _refuse_few(nodes: np.ndarray, dimension: int, prefix: str) -> None:
 
 def _refuse_shared(model: FEModel, tie: Tie, owner: np.ndarray, names: list[str], key: str, name: str) -> None:
     """Refuse a tie whose nodes are held or belong to another tie; `key` is that of the interfaces."""
-    held = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
+    constrained = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
     taken, count = owner[tie.nodes], len(tie.nodes)
-    begin, remedy = f"{key}.{name}.tie: 'rbe2' given,", "use 'rbe3'"
+    prefix, remedy = f"{key}.{name}.tie: 'rbe2' given,", "use 'rbe3'"
     if name.endswith(OF_DECK):
-        begin = (
+        prefix = (
             f"{key.removesuffix('.interface')}.geometry: its deck has the rigid element {name.removesuffix(OF_DECK)},"
         )
         remedy = "leave it out by geometry.leave_out"
-    if held.any():
-        raise InputError(f"{begin} supports hold {int(held.sum())} of its {count} nodes; separate tie and support, or"
-                         f" {remedy}")  # fmt: skip
+    if constrained.any():
+        raise InputError(f"{prefix} supports hold {int(constrained.sum())} of its {count} nodes; separate tie and"
+                         f" support, or {remedy}")  # fmt: skip
     if (taken >= 0).any():
-        raise InputError(f"{begin} interface '{names[int(taken.max())]}' ties {int((taken >= 0).sum())} of its {count}"
+        raise InputError(f"{prefix} interface '{names[int(taken.max())]}' ties {int((taken >= 0).sum())} of its {count}"
                          f" nodes already; {remedy} for one of them")  # fmt: skip

@@ -112,7 +112,7 @@ def traction_space(mesh: MeshRecord, interface: Interface, key: str) -> Traction
     """
     surface = find_surface(mesh, interface.surface, f"{key}.surface")
     grid = _grid(mesh, surface, interface, key)
-    areas, weights, moments, first = _integrals(mesh, surface, grid)
+    areas, weights, moments, first_moments = _integrals(mesh, surface, grid)
     smallest, active = LEAST_SHARE * float(grid.spacing.prod()), np.arange(grid.size)
     patch = grid.chart["kind"] == "patch"
     if patch and (areas >= smallest).any():
@@ -125,14 +125,14 @@ def traction_space(mesh: MeshRecord, interface: Interface, key: str) -> Traction
             f"{key}: {int((areas < smallest).sum())} functions of the traction space find no surface, such as the one"
             f" at ({position[0]:.4g}, {position[1]:.4g}) m across and along; keep {limits} within '{interface.surface}'"
         )
-    found = areas >= smallest
-    centroids = np.where(found[:, None], first / np.where(found, areas, 1.0)[:, None], np.nan)
+    on_surface = areas >= smallest
+    centroids = np.where(on_surface[:, None], first_moments / np.where(on_surface, areas, 1.0)[:, None], np.nan)
     placing = placed_tractions(grid, centroids, active)
-    placed = placing @ sparse.diags(1 / np.where(found, areas, 1.0))
+    placed = placing @ sparse.diags(1 / np.where(on_surface, areas, 1.0))
     off = distance(grid.chart, mesh.nodes[np.unique(surface.facets)]) if patch else 0.0
     return TractionSpace(
         **vars(grid), areas=areas[active], weights=sparse.csr_matrix(placed @ weights), resultant=placed @ moments,
-        placing=placing, dropped=int((~found).sum()), off=off,
+        placing=placing, dropped=int((~on_surface).sum()), off=off,
     )  # fmt: skip
 
 
@@ -275,7 +275,7 @@ def _integrals(
     edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
     facets = surface.facets[_near(mesh.nodes, grid, edge)[surface.facets].any(axis=1)]
     pieces = int(np.ceil(PIECES_PER_SPACING * edge / grid.spacing.min()))
-    areas, resultants, first = np.zeros(grid.size), np.zeros((grid.size, 6)), np.zeros((grid.size, 2))
+    areas, resultants, first_moments = np.zeros(grid.size), np.zeros((grid.size, 6)), np.zeros((grid.size, 2))
     total = sparse.csr_matrix((grid.size, 3 * len(mesh.nodes)))
     at_once = max(BATCH // (6 * pieces**2), 1)
     for start in range(0, len(facets), at_once):
@@ -286,11 +286,11 @@ def _integrals(
             splines = spline_matrix(grid, coordinates, tails=True)
             splines.eliminate_zeros()
             areas += splines.T @ sizes
-            first += splines.T @ (coordinates * sizes[:, None])
+            first_moments += splines.T @ (coordinates * sizes[:, None])
             elements = turned(elements)
             resultants += splines.T @ np.column_stack([elements, np.cross(points, elements)])
             total += splines.T @ _displacements(block.N, block.nodes, elements, 3 * len(mesh.nodes))
-    return areas, total, resultants, first
+    return areas, total, resultants, first_moments
 
 
 def _near(nodes: np.ndarray, grid: SplineGrid, edge: float) -> np.ndarray:

@@ -32,9 +32,12 @@ class Bar:
         if fraction < 1.0 and clock - self._drawn < OFTEN:
             return
         self._drawn = clock
-        share = min(max(float(fraction), 0.0), 1.0)
-        text = f'{html.escape(stage)} <progress max="1" value="{share:.3f}"></progress> {share:.0%}'
-        page = {"text/html": text if share < 1.0 else "", "text/plain": f"{stage} {share:.0%}" if share < 1.0 else ""}
+        fraction_done = min(max(float(fraction), 0.0), 1.0)
+        text = f'{html.escape(stage)} <progress max="1" value="{fraction_done:.3f}"></progress> {fraction_done:.0%}'
+        page = {
+            "text/html": text if fraction_done < 1.0 else "",
+            "text/plain": f"{stage} {fraction_done:.0%}" if fraction_done < 1.0 else "",
+        }
         if self._handle is None:
             self._handle = sys.modules["IPython.display"].display(page, raw=True, display_id=True)
         else:

@@ -118,11 +118,11 @@ def without_traction(model: FEModel, material: Material) -> tuple[np.ndarray, np
     R = np.linalg.cholesky(elasticity(*material.lame, 3)).T
     Q = np.linalg.qr(np.swapaxes(N @ R.T, 2, 3))[0]
     tractions = (Q @ np.swapaxes(Q, 2, 3)) * sizes[:, :, None, None]
-    held = model.held.reshape(len(model.nodes), -1).any(axis=1)
+    constrained = model.held.reshape(len(model.nodes), -1).any(axis=1)
     total, weight = np.zeros((len(model.nodes), 6, 6)), np.zeros(len(model.nodes))
     np.add.at(total, facets, tractions)
     np.add.at(weight, facets, sizes)
-    nodes = np.flatnonzero((weight > 0) & ~held)
+    nodes = np.flatnonzero((weight > 0) & ~constrained)
     values, vectors = np.linalg.eigh(total[nodes] / weight[nodes][:, None, None])
     traction_free = vectors * (values < IN_TRACTION)[:, None, :]
     return nodes, traction_free @ traction_free.transpose(0, 2, 1)

@@ -68,4 +68,4 @@ class ComponentMatrices:
     @property
     def rows(self) -> dict[str, tuple[int, int]]:
         """First and last + 1 row of each interface in the residual flexibility; tangential rows follow."""
-        return {name: (int(first), int(last)) for name, (first, last) in self.record.interface_rows.items()}
+        return {name: (int(start), int(stop)) for name, (start, stop) in self.record.interface_rows.items()}

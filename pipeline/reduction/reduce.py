@@ -122,7 +122,7 @@ def reduce_component(
     static = static_responses(model, {key: a.forces for key, a in acting.items()}, responses)
     modes = {key: a.modes(reduction.Phi) for key, a in acting.items()}
     couplings = _coupled((model, tied, spread), on_tied.Phi, component, acting, modes, turns=turns)
-    weight = _stressed((model, tied, spread), on_tied.Phi, component, acting, modes, wanted=(stressed, bool(pulled)))
+    weight = _stressed((model, tied, spread), on_tied.Phi, component, acting, modes, requested=(stressed, bool(pulled)))
     turning = spread.T @ centrifugal_loads(model, component) if turns and has_floating_frame(model) else None
     errors = frequency_errors(tied, on_tied, model, spread, component)
     refuse_locking(errors.discretisation_errors, frequencies, component, scene_key,
@@ -261,15 +261,15 @@ def _stressed(
     acting: dict[str, _Acting],
     modes: dict[str, InterfaceModes | TractionModes | LoadModes],
     *,
-    wanted: tuple[bool, bool],
+    requested: tuple[bool, bool],
 ) -> np.ndarray | None:
     """Give the means and ties among `modes` their stiffness by stress; return that of unit gravity along x, y, z on
     what supports hold, (3, m + 3, m + 3), None where it does not weigh.
 
     Args:
-        wanted: Whether any of it is wanted, and whether the component weighs.
+        requested: Whether any of it is requested, and whether the component weighs.
     """
-    stressed, weighs = wanted
+    stressed, weighs = requested
     if not stressed or not bears_stress(models[0], component):
         return None
     pulled = {key: acting[key].rows for key, load in _of_kind(modes, LoadModes).items() if load.unit != "Pa"}
@@ -367,11 +367,11 @@ def _on_model(
     return _Acting(site, rows, fields, smooth)
 
 
-def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, held: Collection[str] = ()) -> ContactRows:
+def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, constrained: Collection[str] = ()) -> ContactRows:
     """Return the rows of all interfaces as one matrix, then the tangential ones, over the dofs that `spread` keeps.
 
     Args:
-        held: Interfaces each row of which gets a static shape.
+        constrained: Interfaces each row of which gets a static shape.
     """
     across = {name: a.tangential.B for name, a in acting.items() if a.tangential is not None}
     blocks = [*(a.rows for a in acting.values()), *across.values()]
@@ -381,7 +381,7 @@ def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, held: Collec
     fields, smooth = (
         linalg.block_diag(np.empty((0, 0)), *fields_of, np.empty((ends[-1] - ends[len(acting)], 0)))
         for fields_of in (
-            [np.eye(a.rows.shape[0]) if name in held else a.fields for name, a in acting.items()],
+            [np.eye(a.rows.shape[0]) if name in constrained else a.fields for name, a in acting.items()],
             [a.smooth for a in acting.values()],
         )
     )

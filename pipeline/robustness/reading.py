@@ -75,7 +75,7 @@ def _contradiction(system: System, trajectory: Trajectory) -> tuple[str, float]:
     """Return what a record says twice and least alike, and the difference over the allowed one."""
     differences = written.disagreements(system, trajectory)
     twice = [(name, value / written.allowed(system, name)) for name, value in differences.items()]
-    return max(twice, key=lambda one: one[1], default=("", 0.0))
+    return max(twice, key=lambda pair: pair[1], default=("", 0.0))
 
 
 def _moves_freely(system: System, trajectory: Trajectory) -> bool:

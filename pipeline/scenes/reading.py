@@ -49,9 +49,9 @@ def given_tables(tables: Mapping[str, Any], source: str) -> dict[str, Any]:
         InputError: they are nested too deeply.
     """
     try:
-        given = plain(tables)
-        if not _deeper(given, DEEPEST):
-            return given
+        plain_tables = plain(tables)
+        if not _deeper(plain_tables, DEEPEST):
+            return plain_tables
     except RecursionError:
         pass
     raise InputError(f"{source}: tables or lists are nested too deeply; allowed: {DEEPEST} levels")

@@ -255,9 +255,9 @@ def _held_stress(body: FlexibleBody, stiffness: np.ndarray | None, T: np.ndarray
         return None
     r, n = body.rigid_count, T.shape[1]
     motions = np.vstack([T[r:], body.twists[:, 3:].T @ T[:r]])
-    held = np.zeros((len(stiffness), n + 3, n + 3))
-    held[:, :n, :n] = motions.T @ stiffness @ motions
-    return held
+    K = np.zeros((len(stiffness), n + 3, n + 3))
+    K[:, :n, :n] = motions.T @ stiffness @ motions
+    return K
 
 
 def _all_rows(body: FlexibleBody) -> np.ndarray:

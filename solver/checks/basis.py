@@ -111,33 +111,33 @@ def _errors(system: System, trajectory: Trajectory, run: Run) -> dict[str, float
     """
     if reason := _too_few(system, trajectory):
         raise SolverError(reason)
-    pressed = touches(system, trajectory)
+    in_contact = touches(system, trajectory)
     systems = [fewer for fraction in SHARES if (fewer := nested(system, fraction)) is not None]
-    if not systems and pressed:
+    if not systems and in_contact:
         return {}
     windows, runs = _nested_runs(system, systems, trajectory, run)
     if failed := next((r for r in runs[1:] if not Result[r.result].ok), None):
         raise SolverError(failed.counts.get("reason", Result[failed.result].value))
     by_mass = _by_mass(system, runs[0], run)
     error_sets = [{name: MARGIN * value for name, value in by_mass.items()}]
-    for i, relative_changes in enumerate(_changes([system, *systems], runs, windows, pressed=pressed)):
+    for i, relative_changes in enumerate(_changes([system, *systems], runs, windows, in_contact=in_contact)):
         error_sets.append({name: MARGIN * value / 2**i for name, value in relative_changes.items()})
     comparable = error_sets[-1]
     if not comparable:
         raise SolverError(ONE_COORDINATE)
-    least = _least(system, systems, trajectory)
-    return {f"basis.{name}": max(least.get(f"basis.{name}", 0.0), *(e.get(name, 0.0) for e in error_sets))
+    lower_bounds = _least(system, systems, trajectory)
+    return {f"basis.{name}": max(lower_bounds.get(f"basis.{name}", 0.0), *(e.get(name, 0.0) for e in error_sets))
             for name in comparable}  # fmt: skip
 
 
 def _changes(
-    systems: list[System], runs: list[Trajectory], windows: list[np.ndarray], *, pressed: bool
+    systems: list[System], runs: list[Trajectory], windows: list[np.ndarray], *, in_contact: bool
 ) -> Iterator[dict[str, float]]:
     """Yield the differences between the runs of each basis and the next smaller one."""
     speed, histories = fastest_body(systems[0]), [readings(s, r) for s, r in zip(systems, runs, strict=True)]
     for i, nested_windows in enumerate(windows):
         relative_changes = changes(histories[i], histories[i + 1])
-        if pressed:
+        if in_contact:
             relative_changes |= differences(runs[0], (runs[i], runs[i + 1]), nested_windows, speed)
         yield relative_changes
 
@@ -171,9 +171,9 @@ def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float
     """Return the differences of a run from one in which a part of R has a mass; none where there is no such run."""
     if system.scene.capabilities.turns:
         return {}
-    pressed = touches(system, reference)
+    in_contact = touches(system, reference)
     try:
-        forces = {contact.name: pushes(reference, contact.name) for contact in system.contacts} if pressed else {}
+        forces = {contact.name: pushes(reference, contact.name) for contact in system.contacts} if in_contact else {}
         weighed_system = weighed(system, forces)
     except SceneError:
         return {}
@@ -184,7 +184,7 @@ def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float
         return {}
     run_readings = readings(system, reference)
     by_readings = changes(run_readings, readings(weighed_system, weighed_run))
-    if not pressed:
+    if not in_contact:
         return by_readings
     windows = np.minimum(system.windows, system.scene.run.duration / max(WINDOWS))
     return differences(reference, (reference, weighed_run), windows, fastest_body(system)) | by_readings

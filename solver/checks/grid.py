@@ -41,8 +41,8 @@ def with_grid_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
     counts = [int(head[5 + 3 * a]) for head in energies.head if head[0] == GRID for a in range(head[1])]
     if not counts:
         return trajectory
-    run_readings, pressed = readings(system, trajectory), touches(system, trajectory)
-    names = [*run_readings, *(("impulse", "force") if pressed else ())]
+    run_readings, in_contact = readings(system, trajectory), touches(system, trajectory)
+    names = [*run_readings, *(("impulse", "force") if in_contact else ())]
     unknown = replace(trajectory, estimates=trajectory.estimates | {f"grid.{name}": 1.0 for name in names})
     try:
         fields = system.fields._replace(energies=_coarser(energies))
@@ -53,7 +53,7 @@ def with_grid_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
     if not Result[against.result].ok or len(against.times) != len(trajectory.times):
         return unknown
     relative_changes = changes(run_readings, readings(coarse, against))
-    if pressed:
+    if in_contact:
         relative_changes |= differences(trajectory, (trajectory, against), system.windows, fastest_body(system))
     fall = FALL if min(counts) > 2 * DEGREE else FALL_OF_FEW
     errors = {f"grid.{name}": value / fall for name, value in relative_changes.items()}

@@ -76,10 +76,10 @@ def _nearer(system: System, modal: ModalRecord) -> ModalRecord:
 
 def _scaled(interfaces: Mapping[str, Rows], factors: np.ndarray) -> dict[str, Rows]:
     """Return places of a record with factors on the columns of their rows, (m,)."""
-    scaled = {name: replace(place, rows=place.rows * factors) for name, place in interfaces.items()}
-    for name, place in scaled.items():
-        if isinstance(place, InterfaceModes | TractionModes) and place.tangential_rows is not None:
-            scaled[name] = replace(place, tangential_rows=place.tangential_rows * factors)
+    scaled = {name: replace(interface, rows=interface.rows * factors) for name, interface in interfaces.items()}
+    for name, interface in scaled.items():
+        if isinstance(interface, InterfaceModes | TractionModes) and interface.tangential_rows is not None:
+            scaled[name] = replace(interface, tangential_rows=interface.tangential_rows * factors)
     return scaled
 
 

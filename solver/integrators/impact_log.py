@@ -109,7 +109,7 @@ class Located:
 
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact, (b, 9) each; one whose force still acts has no opening speed (NaN)."""
-        log, found = self._log, []
+        log, records = self._log, []
         log = log._replace(
             steps=log.steps.copy(), before=log.before.copy(), sudden=log.sudden.copy(), jump=log.jump.copy(),
             ring=log.ring.copy(), plateau=log.plateau.copy(), running=log.running.copy(),
@@ -122,5 +122,5 @@ class Located:
                 if log.steps[k, TOUCHING]:
                     running[ENDS], running[OPENING] = (log.steps[k, LAST] + 1) * log.dt, np.nan
                 present = [running]
-            found.append(np.array([*taken, *present]).reshape(-1, IMPACT_COLUMNS))
-        return found
+            records.append(np.array([*taken, *present]).reshape(-1, IMPACT_COLUMNS))
+        return records

@@ -87,23 +87,23 @@ def with_load_stiffness(system: System, notes: list[str] | None = None) -> Syste
         if scene.body[name].geometric_stiffness:
             K[name] = stiffness_of(state, body, ports)
     said = list[str]() if notes is None else notes
-    kept = _significant(state, K, said)
+    significant = _significant(state, K, said)
     said += [note for name, body in system.bodies.items() if (note := _left_out(state, body, ports)) is not None]
     forces, bodies = dict[str, Any](scene.force), dict(system.bodies)
-    for name in kept:
+    for name in significant:
         forces[LABEL + name], bodies[name] = _springs(state, bodies[name], K[name])
     scene = scene.model_copy(update={"force": forces})
-    if not kept or not _carried(scene, kept, said):
+    if not significant or not _carried(scene, significant, said):
         return system
     return assembled(scene, bodies, system.terms, fields=system.fields, bores=system.bores)
 
 
-def _carried(scene: Scene, kept: list[str], notes: list[str]) -> bool:
+def _carried(scene: Scene, softened: list[str], notes: list[str]) -> bool:
     """Whether an integrator carries a scene with the stiffness of loads; its note says where none does."""
     try:
         return bool(scene.integrator)
     except ValueError:
-        names = " and ".join(f"body.{name}" for name in kept)
+        names = " and ".join(f"body.{name}" for name in softened)
         notes.append(
             f"run.integrator: '{scene.run.integrator}' carries no softening by loads, and that of {names} is not"
             " included; use 'auto' or 'implicit'"
@@ -117,8 +117,8 @@ def _applies(system: System) -> bool:
     if scene.capabilities.turns or scene.cranks() or scene.moving():
         return False
     there = any(isinstance(force, LoadStiffness) for force in scene.force.values())
-    wanted = any(body.geometric_stiffness for body in scene.body.values())
-    return wanted and not there and _loaded(system)
+    requested = any(body.geometric_stiffness for body in scene.body.values())
+    return requested and not there and _loaded(system)
 
 
 def _loaded(system: System) -> bool:
@@ -151,8 +151,8 @@ def _few(state: Linearised) -> Linearised:
     chosen = (
         touching[np.unique(np.linspace(0, len(touching) - 1, MOST_PORTS).astype(int))] if len(touching) else touching
     )
-    kept = np.union1d(chosen, np.flatnonzero(state.holding >= contacts))
-    return replace(state, holding=state.holding[kept], stiffness=state.stiffness[kept], damping=state.damping[kept])
+    rows = np.union1d(chosen, np.flatnonzero(state.holding >= contacts))
+    return replace(state, holding=state.holding[rows], stiffness=state.stiffness[rows], damping=state.damping[rows])
 
 
 def balanced(state: Linearised) -> np.ndarray:
@@ -202,8 +202,8 @@ def _of_contacts(state: Linearised, ports: np.ndarray, name: str) -> Iterator[Ac
         pushes = (ports[span, None] * directions).reshape(-1, each, 3).sum(axis=1)
         for owner, _, _, points, sign in contact.sides:
             if owner == name:
-                for push, point in zip(sign * pushes, points, strict=True):
-                    yield Acting(name, None, np.zeros(0), push, point)
+                for force, point in zip(sign * pushes, points, strict=True):
+                    yield Acting(name, None, np.zeros(0), force, point)
 
 
 def _of_loads(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Iterator[Acting]:
@@ -215,10 +215,10 @@ def _of_loads(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Itera
         prefix = "motion" if load in driving.drives else "force"
         forces = ports[state.ports.of(f"{prefix}.{load.name}")]
         settings = scene.motion.get(load.name) if prefix == "motion" else scene.force.get(load.name)
-        at = turned_vectors(scene.body[name], getattr(settings, "at", None) or (0.0, 0.0, 0.0))
-        place = at if load.interface is None else _place_of(body, load.interface)
+        point = turned_vectors(scene.body[name], getattr(settings, "at", None) or (0.0, 0.0, 0.0))
+        position = point if load.interface is None else _place_of(body, load.interface)
         on_rows = forces @ load.mix if load.interface in body.modal.loads else np.zeros(0)
-        yield Acting(name, load.interface, on_rows, forces @ load.resultant[:, :3], place)
+        yield Acting(name, load.interface, on_rows, forces @ load.resultant[:, :3], position)
 
 
 def _of_springs(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Iterator[Acting]:
@@ -229,10 +229,12 @@ def _of_springs(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Ite
         settings, tension = scene.springs()[force], ports[state.ports.of(f"force.{force}")]
         for i, end in enumerate(ends):
             if end.body == name and isinstance(settings.kind, str) and settings.kind in ("spring", "bushing"):
-                place = spring_place(scene, force, settings, system.bodies, i) - np.asarray(scene.body[name].position)
-                push = (1 - 2 * i) * tension @ system.springs.motions[system.springs.of(force), :3]
+                position = spring_place(scene, force, settings, system.bodies, i) - np.asarray(
+                    scene.body[name].position
+                )
+                end_force = (1 - 2 * i) * tension @ system.springs.motions[system.springs.of(force), :3]
                 on_rows = tension @ end.mix if end.interface in body.modal.loads else np.zeros(0)
-                yield Acting(name, end.interface, on_rows, push, place)
+                yield Acting(name, end.interface, on_rows, end_force, position)
 
 
 def _of_joints(state: Linearised, ports: np.ndarray, body: FlexibleBody) -> Iterator[Acting]:
@@ -298,13 +300,13 @@ def _left_out(state: Linearised, body: FlexibleBody, ports: np.ndarray) -> str |
     loads = body.modal.loads
     sizes = [float(np.linalg.norm(a.force)) for a in acting(state, ports, body.name)
              if a.interface not in loads or loads[a.interface].stress_stiffness is None]  # fmt: skip
-    pushed = max(sizes, default=0.0)
-    share = pushed * np.pi**2 / (LENGTH * body.gyration * body.morph.mass * float(omega.min()) ** 2)
-    if share < UNKNOWN:
+    largest_force = max(sizes, default=0.0)
+    relative_change = largest_force * np.pi**2 / (LENGTH * body.gyration * body.morph.mass * float(omega.min()) ** 2)
+    if relative_change < UNKNOWN:
         return None
     return (
-        f"body.{body.name}.geometric_stiffness: the stress of contact forces and pressures, up to {pushed:.3g} N, may"
-        f" change its lowest stiffness by up to {share:.1%}, which is not included"
+        f"body.{body.name}.geometric_stiffness: the stress of contact forces and pressures, up to {largest_force:.3g}"
+        f" N, may change its lowest stiffness by up to {relative_change:.1%}, which is not included"
     )
 
 
@@ -316,8 +318,8 @@ def _topples(state: Linearised, body: FlexibleBody, K: np.ndarray, free: np.ndar
     """
     touches = any(body.name == side[0] for contact in state.system.contacts for side in contact.sides)
     moves = free[body.coordinates]
-    least = float(np.linalg.eigvalsh(moves.T @ K @ moves).min(initial=0.0))
-    return touches and least < -ROUND_OFF * np.abs(K).max()
+    lowest = float(np.linalg.eigvalsh(moves.T @ K @ moves).min(initial=0.0))
+    return touches and lowest < -ROUND_OFF * np.abs(K).max()
 
 
 def _significant(state: Linearised, K: dict[str, np.ndarray], notes: list[str]) -> list[str]:
@@ -339,17 +341,17 @@ def _significant(state: Linearised, K: dict[str, np.ndarray], notes: list[str]) 
     free = free_motions(state)
     omega, Phi = undamped(F, free)
     loaded = [name for name, block in K.items() if block.any()]
-    over = [name for name in loaded if _topples(state, system.bodies[name], K[name], N @ Phi[:, :free])]
-    for name in over:
+    toppling = [name for name in loaded if _topples(state, system.bodies[name], K[name], N @ Phi[:, :free])]
+    for name in toppling:
         total[system.bodies[name].coordinates, system.bodies[name].coordinates] = 0.0
         notes.append(
             f"body.{name}.geometric_stiffness: its contact forces would turn it over at the points that touch, which"
             " nothing else holds; their stiffness is not included"
         )
-    loaded = [name for name in loaded if name not in over]
+    loaded = [name for name in loaded if name not in toppling]
     G = Phi.T @ (N.T @ total @ N) @ Phi
-    held = omega > 0
-    scale = np.where(held, 1 / np.where(held, omega, 1.0), 0.0)
+    constrained = omega > 0
+    scale = np.where(constrained, 1 / np.where(constrained, omega, 1.0), 0.0)
     mu, vectors = np.linalg.eigh(G * np.outer(scale, scale))
     if mu.min(initial=0.0) <= -1:
         shape = np.abs(N @ (Phi @ (scale * vectors[:, 0]))) ** 2
@@ -358,7 +360,7 @@ def _significant(state: Linearised, K: dict[str, np.ndarray], notes: list[str]) 
             f"body.{worst}: it buckles under the loads at the start, load factor {-1 / mu.min():.4g} of them, allowed:"
             f" above 1; reduce them, hold it more stiffly, or set body.{worst}.geometric_stiffness to false"
         )
-    loose = np.abs(G[~held][:, ~held]).max(initial=0.0) > ROUND_OFF * np.abs(total).max()
+    loose = np.abs(G[~constrained][:, ~constrained]).max(initial=0.0) > ROUND_OFF * np.abs(total).max()
     if not loose and np.abs(mu).max(initial=0.0) < NEGLIGIBLE:
         return []
     return loaded
@@ -366,8 +368,8 @@ def _significant(state: Linearised, K: dict[str, np.ndarray], notes: list[str]) 
 
 def _springs(state: Linearised, body: FlexibleBody, K: np.ndarray) -> tuple[LoadStiffness, FlexibleBody]:
     """Return the stiffness of loads on a body as springs along the eigenvectors of K, and the body with their rows."""
-    r, here = body.rigid_count, body.coordinates
-    W = state.rows[state.holding][:, here]
+    r, columns = body.rigid_count, body.coordinates
+    W = state.rows[state.holding][:, columns]
     holds = np.isfinite(state.stiffness) & (state.stiffness > 0)
     size = body.stiffness + (W[holds] ** 2 * state.stiffness[holds, None]).sum(axis=0)
     size = np.sqrt(np.maximum(size, np.abs(K).max(axis=1)))

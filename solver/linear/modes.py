@@ -44,9 +44,11 @@ def assembled_modes(linearised: Linearised) -> AssembledModes:
     F, C, N, loads = matrices(linearised)
     omega, Phi = undamped(F, free_motions(linearised))
     if loads.any():
-        held = slice(free_motions(linearised), None)
-        values, turned = np.linalg.eigh(np.diag(omega[held] ** 2) + Phi[:, held].T @ (N.T @ loads @ N) @ Phi[:, held])
-        omega[held], Phi[:, held] = np.sqrt(np.maximum(values, 0.0)), Phi[:, held] @ turned
+        elastic = slice(free_motions(linearised), None)
+        values, turned = np.linalg.eigh(
+            np.diag(omega[elastic] ** 2) + Phi[:, elastic].T @ (N.T @ loads @ N) @ Phi[:, elastic]
+        )
+        omega[elastic], Phi[:, elastic] = np.sqrt(np.maximum(values, 0.0)), Phi[:, elastic] @ turned
     top = float(omega.max(initial=0.0))
     quiet = (omega == 0) & (np.abs(C @ Phi).max(axis=0, initial=0.0) <= STILL * top)
     if not np.any(C):

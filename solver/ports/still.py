@@ -55,13 +55,13 @@ def _leaves(system: System, name: str) -> bool:
     rates = system.velocity[system.bodies[name].coordinates]
     if not rates.any():
         return False
-    own = [c for c in system.contacts if any(name == side[0] for side in c.sides) or c.master is not None]
-    if not own or any(c.master is not None or system.scene.contact[c.name].friction is not None for c in own):
+    contacts = [c for c in system.contacts if any(name == side[0] for side in c.sides) or c.master is not None]
+    if not contacts or any(c.master is not None or system.scene.contact[c.name].friction is not None for c in contacts):
         return True
     closing, round_off = system.rows @ system.velocity, ALONG * float(np.abs(rates).max())
     leaves = np.abs(closing) > round_off * system.rows.largest()
     damps = system.springs.damping > 0
-    return bool(any(leaves[c.rows].any() for c in own) or (system.springs.rows[damps] @ system.velocity).any())
+    return bool(any(leaves[c.rows].any() for c in contacts) or (system.springs.rows[damps] @ system.velocity).any())
 
 
 def _moving(system: System) -> set[int]:

@@ -31,9 +31,9 @@ class Rates:
         """
         self._system, self._interval = system, interval
         driving, slopes = system.driving, np.zeros_like(loads)
-        given = [i for _, rows in driving.given_rows() for i in range(rows.start, rows.stop)]
+        prescribed = [i for _, rows in driving.given_rows() for i in range(rows.start, rows.stop)]
         if len(loads) > 1:
-            slopes[:-1, given] = np.diff(loads[:, given], axis=0) / interval
+            slopes[:-1, prescribed] = np.diff(loads[:, prescribed], axis=0) / interval
             slopes[-1] = slopes[-2]
         x = np.sqrt(np.maximum(system.stiffness, 0.0)) * step
         followed = (x > 0) & (x < FOLLOWED)

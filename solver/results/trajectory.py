@@ -77,7 +77,7 @@ class Histories(NamedTuple):
         """Return the first frames and their samples."""
         _, *states = self
         return Histories(
-            self.samples.part(slice(frames * schedule.samples_per_frame)), *(one[:frames] for one in states)
+            self.samples.part(slice(frames * schedule.samples_per_frame)), *(state[:frames] for state in states)
         )
 
 

@@ -131,7 +131,7 @@ def _probes(system: System, trajectory: Trajectory) -> Iterator[tuple[str, float
     probes, rows = system.probes, np.rint(trajectory.frame_times / trajectory.times[0]).astype(int) - 1
     read = None
     for name, history in trajectory.probes.items():
-        probe, place = system.scene.probe[name], slice(0)
+        probe, columns = system.scene.probe[name], slice(0)
         if isinstance(probe, PointProbe):
             if (
                 probe.kind not in ("displacement", "rotation")
@@ -142,12 +142,12 @@ def _probes(system: System, trajectory: Trajectory) -> Iterator[tuple[str, float
                 continue
             if read is None:
                 q, v = (system.of_records(states) for states in (trajectory.frames, trajectory.velocities))
-                pressed = np.zeros((len(q), len(system.gap)))
+                contact_forces = np.zeros((len(q), len(system.gap)))
                 for contact in system.contacts:
-                    pressed[:, contact.rows] = trajectory.contacts[contact.name].multipliers
-                read = probes.values(q, v) + pressed @ probes.pressed.T
-            place = probes.places[probes.names.index(name)]
-            values, expected = history.values[rows], read[:, place]
+                    contact_forces[:, contact.rows] = trajectory.contacts[contact.name].multipliers
+                read = probes.values(q, v) + contact_forces @ probes.pressed.T
+            columns = probes.places[probes.names.index(name)]
+            values, expected = history.values[rows], read[:, columns]
         elif isinstance(probe, ForceProbe) and probe.of.startswith("contact.") and history.kind == "force":
             values, expected = history.values, trajectory.contacts[probe.of.removeprefix("contact.")].force
         else:

@@ -19,8 +19,8 @@ def with_mesh_errors(modes: CyclicHarmonic, sector: Sector, component: Component
     A shape is a + i b, and uᴴKu the sum of both.
     """
     assert component.material is not None
-    parts = [modes.real, *([] if modes.imaginary is None else [modes.imaginary])]
-    rows = [sparse.csr_matrix(np.moveaxis(p, -1, 0).reshape(p.shape[-1], -1)) for p in parts]
+    components = [modes.real, *([] if modes.imaginary is None else [modes.imaginary])]
+    rows = [sparse.csr_matrix(np.moveaxis(p, -1, 0).reshape(p.shape[-1], -1)) for p in components]
     columns = [sector.model.on_dofs(r).toarray().T for r in rows]
     energies = [error_energies(sector.model, component.material, component.geometry, c, free=True) for c in columns]
     estimated = [e for e in energies if e is not None]

@@ -121,66 +121,85 @@ def _binary(data: bytes, order: str) -> Iterator[tuple[str, sparse.csr_matrix]]:
             if row:
                 strings.add(column, row, np.frombuffer(words, real).astype(float))
                 continue
-            place = 0
-            while place < len(words):
-                length, row, place = _string(header.bigmat, words, place, f"{order}{integer}")
-                strings.add(column, row, np.frombuffer(words[place : place + length * width], real).astype(float))
-                place += length * width
+            offset = 0
+            while offset < len(words):
+                length, row, offset = _string(header.bigmat, words, offset, f"{order}{integer}")
+                strings.add(column, row, np.frombuffer(words[offset : offset + length * width], real).astype(float))
+                offset += length * width
         yield header.name, strings.matrix()
 
 
-def _string(bigmat: bool, words: bytes, place: int, integer: str) -> tuple[int, int, int]:
+def _string(bigmat: bool, words: bytes, offset: int, integer: str) -> tuple[int, int, int]:
     """Return length in words and first row of a string, and where its values begin."""
     width = struct.calcsize(integer)
-    head = struct.unpack_from(integer, words, place)[0]
+    head = struct.unpack_from(integer, words, offset)[0]
     length, row = head - 1, 0
     if bigmat:
-        row = struct.unpack_from(integer, words, place + width)[0]
+        row = struct.unpack_from(integer, words, offset + width)[0]
     else:
         length, row = head // STRING - 1, head % STRING
     if length < 1:
         raise ValueError(f"a string of {length} words")
-    return length, row, place + (2 if bigmat else 1) * width
+    return length, row, offset + (2 if bigmat else 1) * width
+
+
+class TextLayout(NamedTuple):
+    """Numbers in the lines of a matrix in a text file."""
+
+    per_line: int
+    digits: int
+    """Characters of each."""
+
+    def values(self, lines: Iterator[str], count: int) -> np.ndarray:
+        """Return the numbers of the next lines, (count,)."""
+        fields: list[str] = []
+        while len(fields) < count:
+            line = next(lines)
+            end = min(len(line), self.per_line * self.digits)
+            fields += [line[k : k + self.digits] for k in range(0, end, self.digits)]
+        return np.array([float(field.upper().replace("D", "E")) for field in fields[:count]])
 
 
 def _text(lines: list[str]) -> Iterator[tuple[str, sparse.csr_matrix]]:
     """Yield the matrices of a text file."""
     rows = iter(line for line in lines if line.strip())
     for line in rows:
-        wide = line.rstrip().endswith("|I16")
-        width = 16 if wide else 8
-        text = line.rstrip().removesuffix("|I16")
-        head = 2 * width + 16
-        layout = FORMAT.fullmatch(text[head + 8 :].strip()) if text[head + 8 :].strip() else FORMAT.fullmatch("5E16.9")
-        if layout is None:
-            raise ValueError(f"the format {text[head + 8 :].strip()!r}")
-        kind = int(text[head - 8 : head])
-        header = _checked(int(text[:width]), int(text[width : 2 * width]), kind, text[head : head + 8].strip())
-        per_line, digits = int(layout[1]), int(layout[2])
-
-        def values(count: int, per_line: int = per_line, digits: int = digits) -> np.ndarray:
-            fields: list[str] = []
-            while len(fields) < count:
-                part = next(rows)
-                fields += [part[k : k + digits] for k in range(0, min(len(part), per_line * digits), digits)]
-            return np.array([float(field.upper().replace("D", "E")) for field in fields[:count]])
-
+        header, layout = _text_header(line)
         strings = Strings(header)
         for row in rows:
-            column, first, count = int(row[:8]), int(row[8:16]), int(row[16:24])
+            column, first_row, count = int(row[:8]), int(row[8:16]), int(row[16:24])
             if column > header.columns:
-                values(1)
+                layout.values(rows, 1)
                 break
-            if first:
-                strings.add(column, first, values(count))
+            if first_row:
+                strings.add(column, first_row, layout.values(rows, count))
                 continue
             while count > 0:
-                string = next(rows)
-                length, start = int(string[:8]) - 1, int(string[8:16] or 0)
-                if not header.bigmat:
-                    length, start = int(string) // STRING - 1, int(string) % STRING
-                if length < 1:
-                    raise ValueError(f"a string of {length} words")
-                strings.add(column, start, values(length // (2 if header.double else 1)))
+                length, start = _text_string(header.bigmat, next(rows))
+                strings.add(column, start, layout.values(rows, length // (2 if header.double else 1)))
                 count -= length + (2 if header.bigmat else 1)
         yield header.name, strings.matrix()
+
+
+def _text_header(line: str) -> tuple[Header, TextLayout]:
+    """Return what the first line of a matrix says."""
+    width = 16 if line.rstrip().endswith("|I16") else 8
+    text = line.rstrip().removesuffix("|I16")
+    head = 2 * width + 16
+    layout = FORMAT.fullmatch(text[head + 8 :].strip() or "5E16.9")
+    if layout is None:
+        raise ValueError(f"the format {text[head + 8 :].strip()!r}")
+    kind = int(text[head - 8 : head])
+    header = _checked(int(text[:width]), int(text[width : 2 * width]), kind, text[head : head + 8].strip())
+    return header, TextLayout(int(layout[1]), int(layout[2]))
+
+
+def _text_string(bigmat: bool, line: str) -> tuple[int, int]:
+    """Return length in words and first row of a string."""
+    if bigmat:
+        length, row = int(line[:8]) - 1, int(line[8:16] or 0)
+    else:
+        length, row = int(line) // STRING - 1, int(line) % STRING
+    if length < 1:
+        raise ValueError(f"a string of {length} words")
+    return length, row

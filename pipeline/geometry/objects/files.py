@@ -32,16 +32,18 @@ def with_files(tables: Mapping[str, Any], folder: Path, source: str) -> dict[str
     """
     result = dict(tables)
     for table in PARTS:
-        parts = tables.get(table)
-        if isinstance(parts, Mapping):
-            result[table] = {name: _part(part, folder, f"{source}: {table}.{name}") for name, part in parts.items()}
+        entries = tables.get(table)
+        if isinstance(entries, Mapping):
+            result[table] = {
+                name: _part(settings, folder, f"{source}: {table}.{name}") for name, settings in entries.items()
+            }
     return result
 
 
-def _part(part: Any, folder: Path, key: str) -> Any:
-    if not isinstance(part, Mapping) or "geometry" not in part:
-        return part
-    return {**part, "geometry": _geometry(part["geometry"], folder, f"{key}.geometry")}
+def _part(settings: Any, folder: Path, key: str) -> Any:
+    if not isinstance(settings, Mapping) or "geometry" not in settings:
+        return settings
+    return {**settings, "geometry": _geometry(settings["geometry"], folder, f"{key}.geometry")}
 
 
 def _geometry(geometry: Any, folder: Path, key: str) -> Any:
@@ -60,12 +62,12 @@ def _geometry(geometry: Any, folder: Path, key: str) -> Any:
 
 def _matrices(geometry: Mapping[str, Any], folder: Path, key: str) -> Mapping[str, Any]:
     """Return a geometry of matrices with those that Python gives in files; all of them are files, or none."""
-    given = [name for name in MATRICES if not isinstance(geometry.get(name), str | Path | None)]
-    if not given:
+    supplied = [name for name in MATRICES if not isinstance(geometry.get(name), str | Path | None)]
+    if not supplied:
         return geometry
-    if missing := [name for name in MATRICES if name not in given]:
+    if missing := [name for name in MATRICES if name not in supplied]:
         raise InputError(f"{key}.{missing[0]}: {geometry.get(missing[0])!r} given; allowed: a value of Python,"
-                         f" as {given[0]} is")  # fmt: skip
+                         f" as {supplied[0]} is")  # fmt: skip
     others = {name: value for name, value in geometry.items() if name not in (*MATRICES, "sets")}
     K, M, nodes = (geometry[name] for name in MATRICES)
     return others | write_body(body_of(K, M, nodes, geometry.get("sets", {}), key), folder)

@@ -157,7 +157,7 @@ def write_body(body: Body, folder: Path) -> dict[str, str]:
 
 def _wrapped(numbers: Any) -> list[str]:
     """Return numbers in lines of at most 16, as decks have them."""
-    texts = [str(int(number)) for number in numbers]
+    texts = [str(int(label)) for label in numbers]
     return [", ".join(texts[k : k + 16]) for k in range(0, len(texts), 16)]
 
 

@@ -61,16 +61,16 @@ def write_mesh(deck: Deck, folder: Path) -> Path:
     import meshio
 
     rows = [np.searchsorted(deck.labels, block.nodes) for block in deck.blocks]
-    parts = {name: _marks(labels, [block.labels for block in deck.blocks])
+    element_marks = {name: _marks(labels, [block.labels for block in deck.blocks])
              for name, labels in deck.element_sets.items()}  # fmt: skip
     nodes = {name: _marks(labels, [deck.labels])[0] for name, labels in deck.node_sets.items()}
-    arrays = [deck.points, *rows, *(array for marks in parts.values() for array in marks), *nodes.values()]
-    path = folder / f"mesh-{digest(arrays, [b.cell.name for b in deck.blocks], parts, nodes)}.vtu"
+    arrays = [deck.points, *rows, *(array for marks in element_marks.values() for array in marks), *nodes.values()]
+    path = folder / f"mesh-{digest(arrays, [b.cell.name for b in deck.blocks], element_marks, nodes)}.vtu"
     if not path.is_file():
         cells = [
             (block.cell.meshio or block.cell.name, nodes_of) for block, nodes_of in zip(deck.blocks, rows, strict=True)
         ]
-        mesh = meshio.Mesh(deck.points, cells, point_data=nodes, cell_data=parts)
+        mesh = meshio.Mesh(deck.points, cells, point_data=nodes, cell_data=element_marks)
         with whole_file(path) as scratch:
             meshio.write(scratch, mesh, file_format="vtu")
     return path

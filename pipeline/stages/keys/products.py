@@ -82,7 +82,7 @@ def component_products(
     recompute = bool(change) and component.change.update == "recompute"
     moved = {"base": base.key, "profile": change, "morph": code_digests()["morph"]}
     mesh = product("mesh", name, moved) if recompute else base
-    asked = {
+    requested = {
         "friction_on": list(rubbed), "gravity_along": [list(d) for d in pulled], "turns": turns,
         "crossed": list(crossed or ()), "held": list(held), "stressed": stressed,
         "point_mass": {key: item.model_dump(mode="json") for key, item in component.point_mass.items()},
@@ -97,7 +97,7 @@ def component_products(
             "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
             "modes": component.modes.model_dump(mode="json"),
         }
-        | {key: value for key, value in asked.items() if value},
+        | {key: value for key, value in requested.items() if value},
     )  # fmt: skip
     update = component.change.update if change else "none"
     morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})

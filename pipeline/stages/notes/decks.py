@@ -36,23 +36,23 @@ def material_note(deck: Mapping[str, Any], scene: Material, unit: float | None) 
         scene: The component's material.
         unit: Metres per unit of length, as the scene has it.
     """
-    place = f"geometry: {deck['place']}"
+    prefix = f"geometry: {deck['place']}"
     if "anisotropic" in deck or not deck.keys() & {"E", "rho"}:
-        return _isotropic_note(deck, scene, place)
+        return _isotropic_note(deck, scene, prefix)
     fitting = [system for system in SYSTEMS if _fits(deck, system)]
     consistent = [system for system in fitting if SYSTEMS[system][2] == unit]
     if not fitting or (unit == 1.0 and not consistent and {"E", "rho"} <= deck.keys()):
-        return place + _unit_note(deck, fitting)
+        return prefix + _unit_note(deck, fitting)
     materials = [scene, *scene.volumes.values()]
     if any(_equal(_constants(deck, system), material) for system in fitting for material in materials):
         return None
-    return f"{place}the deck's material has {_difference(_constants(deck, (consistent or fitting)[0]), scene)}"
+    return f"{prefix}the deck's material has {_difference(_constants(deck, (consistent or fitting)[0]), scene)}"
 
 
-def _isotropic_note(deck: Mapping[str, Any], scene: Material, place: str) -> str | None:
+def _isotropic_note(deck: Mapping[str, Any], scene: Material, prefix: str) -> str | None:
     if "anisotropic" not in deck or any(m.orthotropic is not None for m in (scene, *scene.volumes.values())):
         return None
-    return f"{place}the deck's material is not isotropic; E = {scene.E:g} Pa, nu = {scene.nu:g} of the scene hold"
+    return f"{prefix}the deck's material is not isotropic; E = {scene.E:g} Pa, nu = {scene.nu:g} of the scene hold"
 
 
 def _unit_note(deck: Mapping[str, Any], fitting: Sequence[str]) -> str:

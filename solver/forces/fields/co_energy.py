@@ -57,12 +57,12 @@ def co_energy_values(C: np.ndarray, potentials: np.ndarray, charges: np.ndarray)
     """
     floats = np.isnan(potentials)
     V = potentials[~floats]
-    found = 0.5 * np.einsum("i,...ij,j->...", V, C[..., ~floats, :][..., :, ~floats], V)
+    co_energy = 0.5 * np.einsum("i,...ij,j->...", V, C[..., ~floats, :][..., :, ~floats], V)
     if floats.any():
-        rest = charges[floats] - C[..., floats, :][..., :, ~floats] @ V
-        solved = np.linalg.solve(C[..., floats, :][..., :, floats], rest[..., None])[..., 0]
-        found = found - 0.5 * (rest * solved).sum(axis=-1)
-    return found
+        net_charges = charges[floats] - C[..., floats, :][..., :, ~floats] @ V
+        solved = np.linalg.solve(C[..., floats, :][..., :, floats], net_charges[..., None])[..., 0]
+        co_energy = co_energy - 0.5 * (net_charges * solved).sum(axis=-1)
+    return co_energy
 
 
 def grid_field(
@@ -109,11 +109,11 @@ def respaced(head: np.ndarray, data: np.ndarray, chosen: Callable[[int], np.ndar
     coefficients = data[span].reshape(counts)
     for a, count in enumerate(counts):
         knots = data[head[4 + 3 * a] : head[4 + 3 * a] + count + DEGREE + 1]
-        places = np.array([knots[i + 1 : i + 1 + DEGREE].mean() for i in range(count)])
+        averages = np.array([knots[i + 1 : i + 1 + DEGREE].mean() for i in range(count)])
         few = chosen(count)
-        values = BSpline(knots, np.moveaxis(coefficients, a, 0), DEGREE)(places)
-        coarse = make_interp_spline(places[few], values[few], k=min(DEGREE, len(few) - 1))(places)
-        fitted = make_interp_spline(places, coarse, k=DEGREE, t=knots)
+        values = BSpline(knots, np.moveaxis(coefficients, a, 0), DEGREE)(averages)
+        coarse = make_interp_spline(averages[few], values[few], k=min(DEGREE, len(few) - 1))(averages)
+        fitted = make_interp_spline(averages, coarse, k=DEGREE, t=knots)
         coefficients = np.moveaxis(np.asarray(fitted.c), 0, a)
     data[span] = coefficients.ravel()
 
@@ -203,12 +203,12 @@ def left_text(name: str, fields: CoEnergies, i: int, pose: np.ndarray, time: flo
     head, size = fields.head[i], fields.size[i]
     if head[0] != GRID:
         return f"the plates of force.{name} touch at t = {time:.6g} s"
-    ends = np.array([[-one, one] for one in (*3 * [size[0]], *3 * [size[1]])])
+    ends = np.array([[-half_range, half_range] for half_range in (*3 * [size[0]], *3 * [size[1]])])
     for a in range(head[1]):
         axis, start, count = head[3 + 3 * a : 6 + 3 * a]
         ends[axis] = fields.data[start], fields.data[start + count]
-    left = np.minimum(pose - ends[:, 0], ends[:, 1] - pose) / np.ptp(ends, axis=1)
-    axis = int(left.argmin())
+    margins = np.minimum(pose - ends[:, 0], ends[:, 1] - pose) / np.ptp(ends, axis=1)
+    axis = int(margins.argmin())
     unit = "m" if axis < 3 else "rad"
     return (
         f"force.{name}: the body left the grid of poses along {POSE_AXES[axis]} at t = {time:.6g} s, at"

@@ -41,16 +41,16 @@ def attachments(
         if leading.count(coupling.reference) > 1:
             raise refused(coupling, f"node {coupling.reference} leads several sets, allowed: one")
         nodes = _coupled(deck, coupling, new_row, path)
-        place = int(deck.rows(np.array([coupling.reference]), path)[0])
-        if new_row[place] >= 0:
+        row = int(deck.rows(np.array([coupling.reference]), path)[0])
+        if new_row[row] >= 0:
             if coupling.tie == "rbe3":
                 raise refused(coupling, f"its node {coupling.reference} is one of the solid, allowed: another node")
-            nodes = np.union1d(nodes, new_row[place])
+            nodes = np.union1d(nodes, new_row[row])
         elif coupling.tie == "rbe3" and coupling.reference not in at_node:
             continue  # A point without mass follows the body and alters nothing.
-        point_mass = at_node.get(coupling.reference, 0.0) if new_row[place] < 0 else 0.0
+        point_mass = at_node.get(coupling.reference, 0.0) if new_row[row] < 0 else 0.0
         _refuse_nodes(coupling, points[np.isin(new_row, nodes)], point_mass)
-        records[f"{coupling.tie}_{coupling.reference}"] = Attachment(nodes, points[place], coupling.tie, point_mass)
+        records[f"{coupling.tie}_{coupling.reference}"] = Attachment(nodes, points[row], coupling.tie, point_mass)
     return records | _on_nodes(deck, masses, at_node, points=points, new_row=new_row, path=path, leading=leading)
 
 
@@ -71,10 +71,10 @@ def _on_nodes(
     """Return the masses on nodes of the solid; others are those of the nodes that lead couplings."""
     records: dict[str, Attachment] = {}
     for mass in masses:
-        place = int(deck.rows(np.array([mass.node]), path)[0])
-        if new_row[place] >= 0:
-            node = np.array([new_row[place]])
-            records[f"node_{mass.node}"] = Attachment(node, points[place], "node", at_node[mass.node])
+        row = int(deck.rows(np.array([mass.node]), path)[0])
+        if new_row[row] >= 0:
+            node = np.array([new_row[row]])
+            records[f"node_{mass.node}"] = Attachment(node, points[row], "node", at_node[mass.node])
         elif mass.node not in leading:
             raise refused(mass, f"node {mass.node} is of no solid, and no coupling leads it")
     return records
@@ -90,8 +90,8 @@ def with_middles(record: Attachment, edges: np.ndarray, middles: np.ndarray) -> 
     """
     if record.kind == "node":
         return record
-    inside = np.isin(edges, record.nodes).all(axis=1)
-    return Attachment(np.union1d(record.nodes, middles[inside]), record.point, record.kind, record.mass)
+    covered = np.isin(edges, record.nodes).all(axis=1)
+    return Attachment(np.union1d(record.nodes, middles[covered]), record.point, record.kind, record.mass)
 
 
 def attached_notes(records: dict[str, Attachment]) -> Iterator[str]:

@@ -88,26 +88,26 @@ def _tied(
     tolerance = TOLERANCE * size if tie.tolerance is None else unit * tie.tolerance
     points, shares = nearest_points(nodes, facets, nodes[slave])
     distances = np.linalg.norm(points - nodes[slave], axis=1)
-    near = np.flatnonzero(distances <= max(tolerance, ROUND_OFF * size))
-    if not len(near):
+    tied_rows = np.flatnonzero(distances <= max(tolerance, ROUND_OFF * size))
+    if not len(tied_rows):
         raise refused(tie, f"no node of '{tie.slave}' lies within {tolerance:.3g} m of '{tie.master}', the nearest is"
                            f" {distances.min(initial=np.inf):.3g} m away")  # fmt: skip
-    if not tie.moved and distances[near].max() > ROUND_OFF * size:
-        raise refused(tie, f"ADJUST=NO, and nodes lie up to {distances[near].max():.3g} m off '{tie.master}'; allowed:"
-                           " nodes on it, or ADJUST=YES, which moves them")  # fmt: skip
+    if not tie.moved and distances[tied_rows].max() > ROUND_OFF * size:
+        raise refused(tie, f"ADJUST=NO, and nodes lie up to {distances[tied_rows].max():.3g} m off '{tie.master}';"
+                           " allowed: nodes on it, or ADJUST=YES, which moves them")  # fmt: skip
     terms = []
-    for row in near.tolist():
+    for row in tied_rows.tolist():
         masters, weights = shares[row]
         for direction in range(3):
-            first = [(float(slave[row]), direction, 1.0)]
+            slave_term = [(float(slave[row]), direction, 1.0)]
             others = zip(masters.tolist(), weights.tolist(), strict=True)
-            terms.append(np.array([*first, *((node, direction, -weight) for node, weight in others)]))
-    off = distances[near].max()
+            terms.append(np.array([*slave_term, *((node, direction, -weight) for node, weight in others)]))
+    off = distances[tied_rows].max()
     moved = f", moved onto it by up to {off:.3g} m" if off > ROUND_OFF * size else ""
-    count = len(slave) - len(near)
+    count = len(slave) - len(tied_rows)
     loose = f"; {count} others lie farther off than {tolerance:.3g} m" if count else ""
-    note = f"{len(near)} nodes of '{tie.slave}' are tied to '{tie.master}'{moved}{loose}"
-    return terms, {int(slave[row]): points[row] for row in near.tolist()}, note
+    note = f"{len(tied_rows)} nodes of '{tie.slave}' are tied to '{tie.master}'{moved}{loose}"
+    return terms, {int(slave[row]): points[row] for row in tied_rows.tolist()}, note
 
 
 def nearest_points(
@@ -126,7 +126,7 @@ def nearest_points(
         middles[block.rows] = nodes[block.nodes[:, : block.cell.shape.corners]].mean(axis=1)
     count = min(CANDIDATES, len(facets))
     candidates = cKDTree(middles).query(targets, k=count)[1].reshape(len(targets), count)
-    least, points = np.full(len(targets), np.inf), np.empty((len(targets), 3))
+    shortest, points = np.full(len(targets), np.inf), np.empty((len(targets), 3))
     shares = [(np.empty(0, np.int64), np.empty(0))] * len(targets)
     for block in blocks:
         local = np.full(len(facets), -1)
@@ -136,8 +136,8 @@ def nearest_points(
         N, positions = _projected(block.cell, nodes[chosen], targets[targets_of])
         distances = np.linalg.norm(positions - targets[targets_of], axis=1)
         for k, target in enumerate(targets_of.tolist()):
-            if distances[k] < least[target]:
-                least[target], points[target] = distances[k], positions[k]
+            if distances[k] < shortest[target]:
+                shortest[target], points[target] = distances[k], positions[k]
                 used = np.abs(N[k]) > ROUND_OFF
                 shares[target] = chosen[k, used], N[k, used]
     return points, shares
@@ -178,8 +178,8 @@ def _shape_functions(cell: Cell, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 def _nodal_basis(cell: Cell) -> tuple[np.ndarray, np.ndarray]:
     """Return the coefficients of a facet's shape functions, a column each, and the exponents of its monomials."""
     corners = np.array(CORNERS[cell.shape.corners])
-    places = [*corners, *(corners[around].mean(axis=0) for around in cell.centres)]
-    ξ, η = np.array(places).T
+    positions = [*corners, *(corners[around].mean(axis=0) for around in cell.centres)]
+    ξ, η = np.array(positions).T
     powers = np.array([[int(a), int(b)] for a, b in SPANS[cell.nodes].split()])
     i, j = powers.T
     return np.linalg.inv(ξ[:, None] ** i * η[:, None] ** j), powers

@@ -188,7 +188,9 @@ class Touching:
             k, time = int(below[0]), float(times[0])
             if margins[k] > 0:
                 ends = k / LOOKS, (k + 1) / LOOKS
-                fraction = brentq(lambda x, own=margins: polynomial(own, x), *ends, xtol=1e-15, rtol=8.9e-16)
+                fraction = brentq(
+                    lambda x, coefficients=margins: polynomial(coefficients, x), *ends, xtol=1e-15, rtol=8.9e-16
+                )
                 time += float(fraction) * float(times[-1] - times[0])
             # Not twice at one time, up to round-off.
             if (k > 0 and margins[k] <= 0) or time <= self._turned.get(i, -np.inf) + AT_ONE_TIME * abs(time):
@@ -216,7 +218,7 @@ class Touching:
     @property
     def worn_through(self) -> bool:
         """Whether the wear of a section exceeds its wall."""
-        return any(one.through for one in self.rubbed.values())
+        return any(section.through for section in self.rubbed.values())
 
     def overloaded(self, loads: Mapping[int, float]) -> int | None:
         """Return the first section whose present force has exceeded its load [N]; None if none has."""
