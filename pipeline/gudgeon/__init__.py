@@ -22,6 +22,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from gudgeon.modaldb import open
     from gudgeon.pipeline.kinds import open_job, plan, report, run, simulation, status
     from gudgeon.pipeline.kinds.commands import component, export, linear, robustness, wear

@@ -27,7 +27,9 @@ def overhang_notes(system: System) -> list[str]:
     """Return a sentence for each contact of facets that another body covers in part, with the areas."""
     notes = []
     for contact in system.contacts:
-        points_area, covered = contact.other.met if contact.other is not None else (0.0, 0.0)
+        if contact.other is None:
+            continue
+        points_area, covered = contact.other.met
         if covered > 0 and abs(points_area / covered - 1) > OVERHANG:
             components = [system.scene.component_of(body) for body in (contact.body, contact.other.body)]
             notes.append(

@@ -131,7 +131,7 @@ def _probes(system: System, trajectory: Trajectory) -> Iterator[tuple[str, float
     probes, rows = system.probes, np.rint(trajectory.frame_times / trajectory.times[0]).astype(int) - 1
     read = None
     for name, history in trajectory.probes.items():
-        probe, columns = system.scene.probe[name], slice(0)
+        probe, columns = system.scene.probe.get(name), slice(0)
         if isinstance(probe, PointProbe):
             if (
                 probe.kind not in ("displacement", "rotation")

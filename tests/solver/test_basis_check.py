@@ -22,7 +22,7 @@ MANY = 400
 LAYER = {"surface_stiffness": 2.5e9}
 """Compliance of 4e-10 m/N, area 1 m²; R of a rod with 10 modes is 3.9e-10 m/N, with 40 modes 1e-10 m/N."""
 STIFF = {"surface_stiffness": 2.5e13}
-LEAST, MOST = 1 / 2, 10.0
+LEAST, MOST = 1 / 2, 20.0
 """Of an estimate over a true error that is above 1 %."""
 
 
@@ -128,7 +128,7 @@ def test_the_window_is_at_most_the_duration(tmp_path: Path) -> None:
 def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs, march = [], solver._march
     monkeypatch.setattr(solver, "_march", lambda *all_of_it: runs.append(all_of_it) or march(*all_of_it))
-    scene = rod_scene(method="constraint")
+    scene = rod_scene()
     scene["run"] |= {"checks": False, "window": 1e-5}
     assert not simulate(build(tmp_path, rod_records(12), scene)).estimates
     assert len(runs) == 1

@@ -20,6 +20,7 @@ from gudgeon.modaldb.format.seal import MAGIC, verify_open
 from gudgeon.modaldb.keys import open_file
 from gudgeon.pipeline.cli.interruption import undisturbed
 from gudgeon.pipeline.files import ABSENT
+from gudgeon.pipeline.process.deaf import WATCH
 
 UNSEEN = ("os.exec", "os.fork", "os.posix_spawn", "os.system", "socket.connect", "sqlite3.connect", "subprocess.Popen")
 """Events after which other processes or libraries may read what no hook sees."""
@@ -61,7 +62,7 @@ class _Hook:
     def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
         if self.reads is None or getattr(self._within, "digest", False):
             return
-        if event in UNSEEN:
+        if event in UNSEEN and not (event == "subprocess.Popen" and WATCH in arguments[1]):
             self.reads.complete = False
         if event not in ("open", ABSENT):
             return

@@ -1,7 +1,7 @@
 """A straight beam along x or y on a line mesh, bending towards z, or in space."""
 
 from itertools import pairwise
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
@@ -16,12 +16,13 @@ from gudgeon.solver.numbers import Coordinate, Length, Name, Strict
 ENDS = ("left", "right")
 NEAREST = 1e-6
 """Least distance of different stations over the length: shorter elements amplify the round-off of the others."""
-Theory = Literal["euler-bernoulli", "timoshenko"]
-THEORY = Field(
-    default="timoshenko",
-    description="timoshenko: shear and rotary inertia, as far as the section has a shear coefficient: one of kind"
-    " 'general' may not; euler-bernoulli: neither, for slender beams",
-)
+Theory = Annotated[
+    Literal["euler-bernoulli", "timoshenko"],
+    Field(
+        description="timoshenko: shear and rotary inertia, as far as the section has a shear coefficient: one of kind"
+        " 'general' may not; euler-bernoulli: neither, for slender beams"
+    ),
+]
 SIDES = {"top": 1.0, "bottom": -1.0}
 """Outward normal along z of each side of the beam."""
 
@@ -39,7 +40,7 @@ class Beam(Strict):
     kind: Literal["beam"]
     length: Length = Field(description="Length along the axis")
     section: Section = Field(description="Cross-section")
-    theory: Theory = THEORY
+    theory: Theory = "timoshenko"
     along: Literal["x", "y"] = Field(default="x", description="Axis of the beam")
     motion: Literal["plane", "space"] = Field(
         default="plane",

@@ -11,7 +11,7 @@ from gudgeon.pipeline.geometry.cells import FRAME2
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.numbers import NonZero, Point
 from gudgeon.pipeline.geometry.section import Section, shear_coefficient_of
-from gudgeon.pipeline.geometry.shapes.beam import NEAREST, THEORY, Theory, can_shear, divided
+from gudgeon.pipeline.geometry.shapes.beam import NEAREST, Theory, can_shear, divided
 from gudgeon.pipeline.geometry.surfaces import point_surface
 from gudgeon.solver.numbers import Length, Name, Strict
 
@@ -39,7 +39,7 @@ class Frame(Strict):
 
     kind: Literal["frame"]
     section: Section = Field(description="Cross-section of all members")
-    theory: Theory = THEORY
+    theory: Theory = "timoshenko"
     nodes: dict[Name, Point] = Field(min_length=2, description="Places where members begin and end [m], by name")
     members: dict[Name, Member] = Field(min_length=1, description="Straight beams between nodes, by name")
     groups: dict[Name, tuple[str, ...]] = Field(

@@ -60,7 +60,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
     "Limits": {"offset": 2e-3},
     "Matrices": {
         "stiffness": "part.sti", "mass": "part.mas", "dofs": "part.dof", "model": "part.inp",
-        "stiffness_name": "KGG", "mass_name": "MGG",
+        "part": "ROD", "instance": "ROD-1", "stiffness_name": "KGG", "mass_name": "MGG",
     },
     "Member": {"start": "hub", "end": "far", "up": [0.0, 0.0, 1.0], "stations": {"gauge": 0.012}},
     "MeshFile": {"path": "rod.inp", "part": "ROD", "instance": "ROD-1", "leave_out": ["MASS"],

@@ -274,7 +274,7 @@ def test_point_gauges_are_recorded_with_their_equivalent_stress(scene: Path) -> 
     assert stress[:, 2].min() < -1e6  # pressed against the floor
     np.testing.assert_allclose(stress, strain @ hooke(Material(**STEEL)), rtol=1e-9, atol=1.0)
     peak = report.quantities["block.middle.von_mises_peak"]
-    assert peak["value"] == pytest.approx(von_mises(stress).max(), rel=1e-12)
+    assert von_mises(stress).max() <= peak["value"] < 1.01 * von_mises(stress).max()  # Of steps, not of samples alone.
     assert peak["unit"] == "Pa"
     assert not any("stretch" in name for name in report.quantities)
 

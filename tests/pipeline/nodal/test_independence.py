@@ -15,8 +15,9 @@ FILES = sorted(FOLDER.rglob("*.py"))
 SHARED = ("laws", "obstacles", "scene", "core", "joints", "forces", "errors", "result", "numbers", "vectors")
 """Formulas of contact laws, geometry of obstacles, what a scene file says, and the extension, of which it calls its own
 sources: input of both, results of neither."""
-DEFINITIONS = ("results.contact_events",)
-"""What a peak, a duration or a restitution of given histories is: a comparison needs one definition of each."""
+DEFINITIONS = ("results.contact_events", "contact.windows")
+"""What a peak, its window, a duration or a restitution of given histories is: a comparison needs one definition of
+each."""
 ALLOWED = tuple(f"gudgeon.solver.{name}" for name in (*SHARED, *DEFINITIONS))
 MODULES = [module.name for module in pkgutil.walk_packages(nodal.__path__, f"{nodal.__name__}.")]
 

@@ -4,6 +4,7 @@ Expected numbers stand in the references beside the scenes; each file tells how 
 """
 
 import json
+import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -454,7 +455,8 @@ def test_dissipation_of_a_long_damped_flight_takes_no_more_memory(
     searched = np.searchsorted
 
     def noted(a: Any, v: Any, **keywords: Any) -> Any:
-        sizes.append(np.size(v))
+        if sys._getframe(1).f_globals is vars(record):
+            sizes.append(np.size(v))
         return searched(a, v, **keywords)
 
     monkeypatch.setattr(record.np, "searchsorted", noted)

@@ -193,7 +193,7 @@ def test_a_vibration_between_samples_is_said(samples: int, told: bool, tmp_path:
     }  # fmt: skip
     found = simulate(build(tmp_path, rigid_records(mass, AT, axes=(0,)), scene))
     notes = found.counts.get("sample_notes", "")
-    assert ("probe.place: its values and their peak are those of samples" in notes) == told
+    assert ("probe.place: its history is that of samples" in notes) == told
     assert ("probe.pull" in notes) == told
 
 
