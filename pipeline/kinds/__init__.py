@@ -134,7 +134,7 @@ def run(
     >>> result.result, round(result.quantities["wall.impulse"]["value"], 1)       # N s
     ('FINISHED', 4.8)
     >>> result.frames["rod"].displacement.shape            # frames, nodes, directions [m]
-    (200, 21, 3)
+    (201, 21, 3)
 
     See `open_job` for the other arguments. A run that failed physically has its reason in `reason`. In a notebook a bar
     below the cell shows the progress, unless `progress` is given.
@@ -198,7 +198,7 @@ def plan(scene: Given, *, set: Sequence[str] | Mapping[str, Any] = (), db: str |
     >>> import gudgeon
     >>> plan = gudgeon.plan(gudgeon.example("rod-wall"))
     >>> plan["integrator"], plan["terms"][0]["body"]
-    ('explicit', 'rod')
+    ('implicit', 'rod')
     """
     job = open_job(scene, set=set, db=db)
     return job.kind.function(job.path, "plan")(job)

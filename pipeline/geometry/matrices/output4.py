@@ -154,7 +154,8 @@ class TextLayout(NamedTuple):
         """Return the numbers of the next lines, (count,)."""
         fields: list[str] = []
         while len(fields) < count:
-            line = next(lines)
+            if (line := next(lines, None)) is None:
+                raise ValueError("it ends early")
             end = min(len(line), self.per_line * self.digits)
             fields += [line[k : k + self.digits] for k in range(0, end, self.digits)]
         return np.array([float(field.upper().replace("D", "E")) for field in fields[:count]])
@@ -175,7 +176,9 @@ def _text(lines: list[str]) -> Iterator[tuple[str, sparse.csr_matrix]]:
                 strings.add(column, first_row, layout.values(rows, count))
                 continue
             while count > 0:
-                length, start = _text_string(header.bigmat, next(rows))
+                if (key := next(rows, None)) is None:
+                    raise ValueError("it ends early")
+                length, start = _text_string(header.bigmat, key)
                 strings.add(column, start, layout.values(rows, length // (2 if header.double else 1)))
                 count -= length + (2 if header.bigmat else 1)
         yield header.name, strings.matrix()

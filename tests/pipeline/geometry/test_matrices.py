@@ -104,6 +104,19 @@ def test_damaged_output4_ends_in_one_line(tmp_path: Path, change: Callable[[byte
         read_output4(str(path))
 
 
+@pytest.mark.parametrize("name", ["text", "text-bigmat"])
+def test_text_of_output4_that_is_cut_after_any_line_ends_in_one_line(tmp_path: Path, name: str) -> None:
+    path = Path(files.by_pyyeti(f"{name}.op4", tmp_path))
+    lines, ends = path.read_text().splitlines(keepends=True), 0
+    for count in range(1, min(len(lines), 60)):
+        path.write_text("".join(lines[:count]))
+        try:
+            read_output4(str(path))
+        except InputError as error:
+            ends += "it ends early" in str(error)
+    assert ends > 10
+
+
 def test_dmig_of_nastran_with_six_directions_a_node(tmp_path: Path) -> None:
     """Rotations of solids have no entries: they are left out. Grid points, solids and sets are those of bulk data."""
     mesh, model = files.tetrahedron()
