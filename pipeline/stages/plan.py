@@ -33,7 +33,7 @@ def plan(job: Job) -> dict[str, Any]:
     for body in job.scene.body:
         name = job.scene.component_of(body)
         component = job.scene.component[name]
-        fields = [f"{PLACES[item.kind]}/{place}" for place, item in component.interface.items()]
+        fields = [f"{PLACES[item.kind]}/{interface}" for interface, item in component.interface.items()]
         fields += [f"gauges/{gauge}" for gauge in component.gauge]
         elastic, swapped = component.modes.reduction != "rigid", component.modes.swap is not None
         weighs = job.scene.weighs(name)
