@@ -288,8 +288,10 @@ def test_a_block_strikes_it_as_on_supports(integrator: str, folder: Path) -> Non
     forces = [one.contacts["hit"].force for one in found]
     assert np.abs(forces[1]).max() > 1e3
     np.testing.assert_allclose(*forces, atol=1e-7 * np.abs(forces[1]).max())
-    assert held.estimates == pytest.approx(supported.estimates, rel=1e-3, abs=1e-7)
-    assert held.estimates
+    assert supported.estimates == pytest.approx(
+        {name: error for name, error in held.estimates.items() if ".clamp." not in name}, rel=1e-3, abs=1e-7
+    )
+    assert {"basis.clamp.force", "mesh.clamp.force"} <= set(held.estimates)
     assert held.quantities["clamp.force_peak"]["value"] > 1e3
     np.testing.assert_allclose(held.gauges["bar.root"], supported.gauges["bar.root"],
                                atol=1e-7 * np.abs(supported.gauges["bar.root"]).max())  # fmt: skip
