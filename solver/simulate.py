@@ -22,7 +22,7 @@ from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes, slanting_notes
-from gudgeon.solver.checks.resolved import passed_over, with_peaks, with_resolved_forces
+from gudgeon.solver.checks.resolved import passed_over, unresolved, with_peaks, with_resolved_forces
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
@@ -131,6 +131,8 @@ def _simulated(system: System, plan: Plan, progress: Progress | None) -> Traject
         trajectory = _march(windowed, first_plan, progress)
     if controls and trajectory.result != Result.STOPPED.name:
         trajectory, plan = _controlled((system, judged), trajectory, (plan, first_plan), progress)
+        if Result[trajectory.result].ok and unresolved(system):
+            wide = _march(first_system, plan, progress)
     trajectory = _with_peaks(system, with_resolved_forces(system, trajectory, wide), plan, progress)
     if not run.checks or not Result[trajectory.result].ok:
         return trajectory

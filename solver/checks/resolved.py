@@ -19,6 +19,11 @@ PEAKS = ("_peak", "_peak_time")
 """Ends of the names of quantities that are the largest value of a history."""
 
 
+def unresolved(system: System) -> list[str]:
+    """Return the contacts whose windows are below the shortest kept period."""
+    return [name for name, window in system.impact_windows.items() if window < system.resolution]
+
+
 def with_resolved_forces(system: System, trajectory: Trajectory, wide: Trajectory) -> Trajectory:
     """Return a run with the force that the modes resolve of contacts whose window is below the shortest kept period.
 
@@ -26,10 +31,10 @@ def with_resolved_forces(system: System, trajectory: Trajectory, wide: Trajector
         wide: The run whose windows were `System.separation`.
     """
     json: Json = {}
-    for name, window in system.impact_windows.items():
-        peak = wide.quantities.get(f"{name}.force_peak")
-        if window < system.resolution and peak is not None:
-            json |= named(name, {"force_resolved": (peak["value"], "N"), "resolved_window": (system.separation, "s")})
+    for name in unresolved(system):
+        if (peak := wide.quantities.get(f"{name}.force_peak")) is not None:
+            window = float(system.separation)
+            json |= named(name, {"force_resolved": (peak["value"], "N"), "resolved_window": (window, "s")})
     if not json:
         return trajectory
     merged = trajectory.quantities | json

@@ -58,11 +58,12 @@ def read_dmig(stiffness: str, mass: str, names: tuple[str | None, str | None]) -
     # A scalar point has direction 0: one degree of freedom that is none of a node.
     if scalar := next((node for node, direction in labels if direction == 0), None):
         raise InputError(f"{stiffness}: row {scalar} is a scalar point; allowed: grid points")
-    matrices = []
-    for table, path in ((K, stiffness), (M, mass)):
+
+    def matrix(table: Entries, path: str) -> sparse.csr_matrix:
         rows, columns = (np.array([row_of[pair[k]] for pair in table], int) for k in range(2))
-        matrices.append(symmetric(rows, columns, np.array(list(table.values()), float), len(labels), path))
-    return Given(*matrices, np.array(labels, int).reshape(-1, 2) - [0, 1])
+        return symmetric(rows, columns, np.array(list(table.values()), float), len(labels), path)
+
+    return Given(matrix(K, stiffness), matrix(M, mass), np.array(labels, int).reshape(-1, 2) - [0, 1])
 
 
 def dmig_entries(path: str) -> dict[str, Entries]:
