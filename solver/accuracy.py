@@ -64,14 +64,8 @@ def controlled(
         run: Integrates a plan.
     """
     settings = system.scene.run
-    accuracy = settings.accuracy or ACCURACY
+    bound, unresolved = _bound(system, plan)
     halvings, jump, largest_before = 0, 1, 0.0
-    # The loop over ports keeps its energy at any step: this does not tell when a step is too long. Differences of
-    # irregular impacts are small by chance, too: two in a row have to be, of half the accuracy, unless steps resolve
-    # contact.
-    unaided = plan.name == "implicit" and system.scene.general
-    bound = 0.5 * accuracy if unaided else accuracy
-    unresolved = unaided and plan.step * plan.critical > RESOLVED
     error_before = np.inf if unresolved else 0.0
     while True:
         before, halvings = trajectory, halvings + jump
@@ -99,6 +93,19 @@ def controlled(
             return replace(trajectory, result=Result.INACCURATE.name), finer
         needed = math.ceil(math.log2(max(worst / bound, 1.0)) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)
+
+
+def _bound(system: System, plan: Plan) -> tuple[float, bool]:
+    """Return the largest error of a run, and whether the one before it must be below it, too.
+
+    The loop over ports keeps its energy at any step: this does not tell when a step is too long. Differences of
+    irregular impacts are small by chance, too: two in a row have to be, of half the accuracy, unless steps resolve
+    contact.
+    """
+    accuracy = system.scene.run.accuracy or ACCURACY
+    if plan.name != "implicit" or not system.scene.general:
+        return accuracy, False
+    return 0.5 * accuracy, plan.step * plan.critical > RESOLVED
 
 
 def with_step_estimates(

@@ -49,8 +49,8 @@ NATIVE: list[Fault] = [
         ("larger(rate, 0.0)", "larger(-1.0 * rate, 0.0)"),
         ("time - lesser(larger(late, 0.0), dt)", "time"),
         ("2.0 * doubly(ring, middle, since, axis, dt)", "doubly(ring, middle, since, axis, dt)"),
-        ("(log.window * log.window)", "log.window"),
-        ("double(step - log.steps(k, LAST)) * log.dt >= log.window", "step >= log.steps(k, LAST)"),
+        ("(window * window)", "window"),
+        ("double(step - log.steps(k, LAST)) * log.dt >= log.separation", "step >= log.steps(k, LAST)"),
     ),
     *faults(
         "response", "solver/core/small/impacts.hpp", IMPACTS,
