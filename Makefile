@@ -240,7 +240,7 @@ extra = $(shell $(BIN)/python -c 'import tomllib; print(*map(repr, tomllib.load(
 # Lines by which extras name each other are left out: what they stand for is listed anyway.
 REQUIREMENTS := import tomllib; project = tomllib.load(open("pyproject.toml", "rb")); \
     extras = project["project"]["optional-dependencies"]; \
-    unlocked = ("peers", "ansys", "nastran", "docs", "release"); \
+    unlocked = ("peers", "ansys", "docs", "release"); \
     base = project["build-system"]["requires"] + project["project"]["dependencies"]
 REQUIREMENTS_ALL := $(REQUIREMENTS); \
     print(*base, *(line for name, extra in extras.items() if name not in unlocked for line in extra \
