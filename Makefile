@@ -125,7 +125,7 @@ wheel: setup ## build the source distribution and a wheel that needs no compiler
 	$(BIN)/python -m auditwheel repair --plat auto -w out/wheels out/wheels/raw/*.whl
 	mv out/wheels/raw/*.tar.gz out/wheels; rm -rf out/wheels/raw build gudgeon.egg-info
 
-coverage: browser solver-env ## run the tests and list which lines of Python they leave out, out/coverage/index.html
+coverage: browser solver-env ## run the tests and list which lines of Python they leave out, a page in out/coverage
 	@$(has_release) || $(BIN)/python -m pip install -q $(call extra,release)
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	    --validation-share=0.2 --cov=modaldb --cov=pipeline --cov=solver --cov-report=term:skip-covered \
