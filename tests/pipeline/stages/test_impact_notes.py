@@ -1,5 +1,6 @@
 """Notes on runs that end within an impact, on windows of forces, on fast impacts, and on short modes of beams."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -172,15 +173,26 @@ def test_pictures_of_an_earlier_result_that_are_removed_are_named(tmp_path: Path
     assert all(Path(name).name in note for name in drawn)
 
 
-def test_short_modes_of_an_euler_bernoulli_beam_get_a_note(tmp_path: Path) -> None:
+def test_short_modes_of_a_beam_without_shear_get_a_note(tmp_path: Path) -> None:
     """A cantilever of 25.3 heights: mode n has (n − ½) half-waves, shorter than 2 heights from 14 on."""
-    assert "geometry.theory" not in notes(BEAM, tmp_path / "few")
-    found = notes(BEAM, tmp_path / "many", **{"component.beam.modes.normal_count": 20})
-    assert "component.beam.geometry.theory: 7 of 20 modes have half-waves below 2 times the height of the" in found
-    assert "the shortest 1.3 times it; without shear their frequencies are too high, up to about 1.7 times;" in found
-    assert "set 'timoshenko', or set component.beam.modes.normal_count = 13" in found
-    timoshenko = {"component.beam.geometry.theory": "timoshenko", "component.beam.modes.normal_count": 20}
-    assert "half-waves" not in notes(BEAM, tmp_path / "timoshenko", **timoshenko)
+    height = 0.0198
+    general = {"kind": "general", "area": 0.02 * height, "second_moment": 0.02 * height**3 / 12, "height": height}
+    beam = BEAM.replace('{ kind = "rectangle", width = 0.02, height = 0.0198 }', toml(general))
+    assert "half-waves" not in notes(beam, tmp_path / "few")
+    many = {"component.beam.modes.normal_count": 20}
+    found = notes(beam, tmp_path / "many", **many)
+    assert "component.beam.geometry.section: 7 of 20 modes have half-waves below 2 times the height of the" in found
+    assert "the shortest 1.3 times it; without shear_coefficient they have no shear, and" in found
+    assert "too high, up to about 1.7 times; set component.beam.geometry.section.shear_coefficient or" in found
+    assert "or component.beam.modes.normal_count = 13" in found
+    assert "half-waves" not in notes(BEAM, tmp_path / "sheared", **many)
+    euler = {"component.beam.geometry.theory": "euler-bernoulli"}
+    assert "half-waves" not in notes(BEAM, tmp_path / "named", **many, **euler), "a theory that is named is meant"
+
+
+def toml(table: dict[str, Any]) -> str:
+    """Return an inline table."""
+    return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items()) + " }"
 
 
 def test_a_restitution_that_an_elastic_bar_does_not_deliver_is_said(tmp_path: Path) -> None:
