@@ -80,7 +80,7 @@ def test_patch_test(tmp_path: Path, upper: float, lower: float) -> None:
     forces = np.linalg.solve(compliance, np.full(len(compliance), 1e-6))
     areas = job.record("upper").interfaces["face"].areas
     # Without a layer, too, the run has pressures.
-    assert np.array_equal(areas, system.contacts[0].areas)
+    np.testing.assert_allclose(system.contacts[0].areas, areas, rtol=1e-12)  # The faces cover each other.
     assert len(areas) != len(job.record("lower").interfaces["face"].areas)
     assert forces / areas == pytest.approx(1e-6 * STIFFNESS, rel=1e-9)
     assert forces.sum() == pytest.approx(1e-6 * STIFFNESS * 0.03**2, rel=1e-11)

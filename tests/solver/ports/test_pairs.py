@@ -77,6 +77,7 @@ def test_a_chain_moves_as_with_full_tables(damping: float, tmp_path: Path, monke
     assert General(system, 2e-7).ports.pairs.size == 3 * 11 - 2
     found = states(system, 400)
     monkeypatch.setattr(ports_table, "coupled_ports", lambda sides, **_: coupled_ports(sides, all_couple=True))
+    system = chain(tmp_path / "full", 12, 10, damping=damping)  # Ports are kept with a system.
     assert General(system, 2e-7).ports.pairs.size == 11**2
     np.testing.assert_allclose(found, states(system, 400), rtol=0, atol=1e-10)
 
