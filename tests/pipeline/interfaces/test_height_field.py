@@ -61,11 +61,13 @@ def test_rows_follow_rigid_motions_as_resultants_do(saddle: MeshRecord) -> None:
     motion = np.array([0.3, -0.2, 1.0, 2.0, -1.0, 0.5])
     moved = motion[:3] + np.cross(motion[3:], saddle.nodes)
     np.testing.assert_allclose(space.weights @ moved.ravel(), space.resultant @ motion, rtol=1e-10, atol=1e-12)
-    assert np.linalg.norm(space.resultant[:, :3], axis=1).max() < 1.0  # Normals differ below one function.
+    sizes = np.linalg.norm(space.resultant[:, :3], axis=1)
+    # Normals differ below one function, which makes it less; one that the end cuts is continued to its centre.
+    np.testing.assert_allclose(sizes, 1.0, rtol=0, atol=0.03)
 
 
 def test_a_surface_may_end_anywhere(saddle: MeshRecord) -> None:
-    """Facets of three quarters: functions beside it are counted, and move as the nearest one that has surface."""
+    """Facets of three quarters: functions beside it are counted, and move as those continue that have surface."""
     facets = saddle.surfaces["top"].facets
     x, y = saddle.nodes[facets][:, :3, :2].mean(axis=1).T
     near = (x < 0.0) | (y < 0.0)
@@ -74,7 +76,7 @@ def test_a_surface_may_end_anywhere(saddle: MeshRecord) -> None:
     space = traction_space(mesh, top(spacing=0.005, along=[1, 0, 0]), "here")
     assert space.dropped > 0
     assert np.isfinite(space.weights.data).all()
-    assert len(np.unique(space.weights.toarray(), axis=0)) == space.size - space.dropped
+    assert np.linalg.matrix_rank(space.weights.toarray(), tol=1e-9) == space.size - space.dropped
     places = np.array([[-0.01, -0.01, 0.02], [0.02, 0.017, 0.02]])
     np.testing.assert_array_equal(covered(space.chart, places), [True, False])
 
