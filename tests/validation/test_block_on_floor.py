@@ -63,6 +63,7 @@ def compared(found: Trajectory) -> np.ndarray:
 @pytest.mark.parametrize("changes", [{}, LAYER, TILT], ids=["flat", "layer", "tilted"])
 def test_it_strikes_as_in_small_motion(changes: dict[str, Any], tmp_path: Path) -> None:
     """Impulse, duration and force over a window to 2e-4, by other steps; turned as a whole, to 1e-9, force 1e-4."""
+    changes = changes | {"run.window": 1e-5}
     small = solved(job_of(tmp_path, changes | {"run.integrator": "implicit", "run.step": 2e-9}))
     job = job_of(tmp_path, changes | {"run.integrator": "mechanism"})
     found = solved(job)
