@@ -39,6 +39,7 @@ against = { shape = "body", body = "two", interface = "back" }
 
 [run]
 duration = 1.4e-4
+window = 2e-5
 checks = false
 """
 READ = ("impulse", "restitution", "force_peak")
