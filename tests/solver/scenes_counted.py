@@ -180,7 +180,8 @@ UNREAD: Scene = {"body": {"part": {"gauges": []}}}
 
 
 def _run(integrator: str, duration: float, step: float | None = None) -> Scene:
-    run = {"integrator": integrator, "duration": duration, "samples": 20, "frames": 4}
+    # The window is given: one that follows the impact is found by a run of its own.
+    run = {"integrator": integrator, "duration": duration, "samples": 20, "frames": 4, "window": duration / 20}
     return {"run": run | ({} if step is None else {"step": step})}
 
 
