@@ -49,6 +49,7 @@ def test_spokes_as_beams(tmp_path: Path) -> None:
     np.testing.assert_allclose(motions, motions.T, atol=1e-12 * np.abs(motions).max())
 
 
+@pytest.mark.validation
 def test_spokes_as_a_solid(tmp_path: Path) -> None:
     """Asked: 1 % of the strains; the reference is sure to 0.4 %. The hub's stiffness by its own tolerance, 1 %."""
     strains, motions = per_wrench("plate.toml", tmp_path)
@@ -124,6 +125,7 @@ def test_gauges_of_a_body_in_a_mechanism(tmp_path: Path) -> None:
         np.testing.assert_allclose(found.gauges[name], expected, atol=0.01 * np.abs(expected).max())
 
 
+@pytest.mark.validation
 def test_the_wrench_on_a_tool_is_felt_through_the_base(tmp_path: Path) -> None:
     """By the cells' wrench and exact parameters, with friction, to 0.5 %; with noise better than on a rigid base."""
     scene, set_ = scene_path("base-sensor") / "robot.toml", {"run.duration": 0.35, "run.samples": 1400}

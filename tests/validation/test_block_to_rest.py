@@ -28,6 +28,7 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
     return found
 
 
+@pytest.mark.validation
 def test_it_stops_where_its_energy_is_spent(job: Job) -> None:
     """Way within 0.5 %, energy with the work of friction within 1e-3 of what it had; then it stays where it is."""
     report = run_job(job, "solve")

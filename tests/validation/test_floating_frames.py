@@ -60,6 +60,7 @@ def apart(found: np.ndarray, row: str) -> float:
     return float(np.sqrt(np.mean((found - wanted) ** 2)) / np.abs(wanted).max())
 
 
+@pytest.mark.validation
 def test_linear_floating_frame_of_a_slider_crank(tmp_path: Path) -> None:
     """M6: the linear row over its four turns; its frame keeps no stretch of the rod, which ours does, 5e-4 by the
     reference's own check."""

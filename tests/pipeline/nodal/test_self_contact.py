@@ -156,6 +156,7 @@ SPRINGS = {
 """Of a floor that both small motion and mechanisms have."""
 
 
+@pytest.mark.validation
 def test_a_fork_that_may_turn_meets_itself_as_one_of_small_motion(tmp_path: Path) -> None:
     """Points on splines of 5 by 2.5 mm in a mechanism, points on facets in small motion: to 2 %."""
     space = {"surface": "high", "kind": "traction", "along": [1.0, 0.0, 0.0], "spacing": [0.005, 0.0025]}

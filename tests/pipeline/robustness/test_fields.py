@@ -89,6 +89,7 @@ corner_divisions = 1
 """
 
 
+@pytest.mark.validation
 def test_conductors_are_the_same_in_other_units_turned_and_without_voltage(tmp_path: Path) -> None:
     path = tmp_path / "conductors.toml"
     path.write_text(CONDUCTORS)

@@ -52,6 +52,7 @@ def pull(db: Path, gap: float) -> float:
     return -float(PoseField.of(record).interaction({"z": gap - 1.05e-5}, record.potentials).gradient[0])
 
 
+@pytest.mark.validation
 def test_the_peg_stands_in_the_hole(shipped: Trajectory) -> None:
     """10 µm deep, between the walls, let go by the fingers, at rest; energy and momentum balance."""
     end = shipped.motion["peg"][-1]
@@ -90,6 +91,7 @@ def test_the_bottom_carries_weight_field_and_adhesion(shipped: Trajectory, db: P
     assert force == pytest.approx(pull(db, 0.5e-6) + WEIGHT + adheres, rel=0.02)
 
 
+@pytest.mark.validation
 def test_without_a_field_it_stays_as_well(db: Path) -> None:
     """At 0 V it falls by its weight alone from 0.2 µm above the bottom, for which the run is too short."""
     found = solved(db, "uncharged", force__attraction__potentials__peg=0.0)

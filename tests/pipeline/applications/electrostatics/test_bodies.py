@@ -35,6 +35,7 @@ def field(db: Path) -> PoseField:
     return PoseField.of(modaldb.open(db).get(job.scene.force["attraction"].record, "posegrid"))
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("integrator", ["implicit", "mechanism"])
 @pytest.mark.parametrize("share", [0.6, 1.0])
 def test_the_plate_moves_by_the_scalar_equation(db: Path, field: PoseField, integrator: str, share: float) -> None:

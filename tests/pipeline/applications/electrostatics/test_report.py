@@ -93,6 +93,7 @@ def test_a_grid_of_places_and_angles_is_read_in_the_order_in_which_its_poses_run
         assert errors["force"] < 0.1
 
 
+@pytest.mark.validation
 def test_conductors_in_their_places_are_compared_with_the_finest_mesh(folder: Path) -> None:
     found = document_of(folder, "places", SPHERES)
     runs = found["runs"]

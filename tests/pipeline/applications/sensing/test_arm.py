@@ -123,6 +123,7 @@ def exact(folder: Path, still: int | None = None) -> tuple[Path, Robot]:
     return table(folder / "data.csv", columns | dict(zip(WRENCH, wrench.T, strict=True))), one
 
 
+@pytest.mark.validation
 def test_a_run_identifies_the_arm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Base parameters are those of the scene within five standard errors, and what is left is the noise."""
     assert main(["identify", written(tmp_path), *FAST, "--noise", "0.2", "0.02", *places(tmp_path)]) == 0

@@ -82,6 +82,7 @@ def test_the_tool_is_felt_through_elastic_cells(tmp_path: Path, capsys: pytest.C
     assert method < 0.03 * true
 
 
+@pytest.mark.validation
 def test_the_arm_is_identified_on_elastic_cells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Base parameters are those of the scene within five standard errors, and what is left is the noise."""
     assert main(["identify", written(tmp_path), *FAST, "--noise", "0.2", "0.02", *places(tmp_path)]) == 0

@@ -43,6 +43,7 @@ def test_mass_and_weight_of_the_plate_of_beams(tmp_path: Path) -> None:
     np.testing.assert_allclose(unloaded, 0.0, atol=1e-9)
 
 
+@pytest.mark.validation
 def test_the_tool_is_felt_through_a_solid_plate(tmp_path: Path) -> None:
     """On a coarse plate of tet10, without noise: while the arm rocks on it the tool's wrench to 3 % of the rocking.
 
