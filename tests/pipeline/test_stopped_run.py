@@ -76,7 +76,9 @@ def test_interrupted_run_keeps_its_frames(
 
 
 def test_stopped_run_is_the_beginning_of_the_whole_one(tmp_path: Path) -> None:
-    system = build(tmp_path, rod_records(10), rod_scene())
+    scene = rod_scene()
+    scene["run"] |= {"checks": False, "window": 1e-5}  # One run, of the first steps.
+    system = build(tmp_path, rod_records(10), scene)
 
     def stop(share: float) -> None:
         if share >= 0.5:
@@ -93,7 +95,7 @@ def test_stopped_run_is_the_beginning_of_the_whole_one(tmp_path: Path) -> None:
 
 def test_run_that_is_stopped_while_its_basis_is_estimated_is_whole(tmp_path: Path) -> None:
     scene, ends = rod_scene(method="residual"), list[float]()
-    scene["run"]["step"] = 1e-6  # Not controlled.
+    scene["run"] |= {"step": 1e-6, "window": 1e-5}  # Not controlled, and no run finds the window.
     system = build(tmp_path, rod_records(10), scene)
 
     def stop(share: float) -> None:

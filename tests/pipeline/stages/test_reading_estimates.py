@@ -111,7 +111,8 @@ def test_what_is_slow_or_at_rest_has_no_error_of_the_basis(tmp_path: Path) -> No
 
 @pytest.mark.parametrize(("scene", "name"), [(SPRUNG, "t.displacement"), (TWISTED, "turn.rotation")])
 def test_springs_and_moments_act_on_bodies_as_forces_do(tmp_path: Path, scene: str, name: str) -> None:
-    assert solved(tmp_path, WIRE + scene).estimates[f"basis.{name}"] > 0.25
+    found = solved(tmp_path, WIRE + scene, body__b__geometric_stiffness=False)  # Its spring presses the wire.
+    assert found.estimates[f"basis.{name}"] > 0.25
 
 
 def test_without_residual_flexibility_a_tie_has_its_static_answer(tmp_path: Path) -> None:
