@@ -27,20 +27,38 @@ SIDES = {"top": 1.0, "bottom": -1.0}
 """Outward normal along z of each side of the beam."""
 
 
-def can_shear(theory: str, section: Section | None) -> str:
-    """Return a theory that a scene gives; raise a ValueError if the section has no shear coefficient for it."""
-    if theory == "timoshenko" and section is not None and shear_coefficient_of(section) is None:
-        raise ValueError("'timoshenko' given, it needs section.shear_coefficient with a section of kind 'general'")
-    return theory
+class OfSection(Strict):
+    """What beams and frames have of their section: a theory."""
+
+    section: Section = Field(description="Cross-section")
+    theory: Theory = "timoshenko"
+
+    @field_validator("theory")
+    @classmethod
+    def _can_shear(cls, value: str, info: ValidationInfo) -> str:
+        section = info.data.get("section")
+        if value == "timoshenko" and section is not None and shear_coefficient_of(section) is None:
+            raise ValueError("'timoshenko' given, it needs section.shear_coefficient with a section of kind 'general'")
+        return value
+
+    @property
+    def sheared(self) -> bool:
+        """Whether it has shear and rotary inertia."""
+        return self.theory == "timoshenko" and shear_coefficient_of(self.section) is not None
+
+    @property
+    def shear_coefficient(self) -> float:
+        """Shear coefficient κ, as given or of the section."""
+        kappa = shear_coefficient_of(self.section)
+        assert kappa is not None
+        return kappa
 
 
-class Beam(Strict):
+class Beam(OfSection):
     """Beam of constant section from the origin (`left`) to `length` (`right`) along its axis."""
 
     kind: Literal["beam"]
     length: Length = Field(description="Length along the axis")
-    section: Section = Field(description="Cross-section")
-    theory: Theory = "timoshenko"
     along: Literal["x", "y"] = Field(default="x", description="Axis of the beam")
     motion: Literal["plane", "space"] = Field(
         default="plane",
@@ -49,12 +67,6 @@ class Beam(Strict):
         " mechanisms",
     )
     stations: dict[Name, Coordinate] = Field(default={}, description="Named positions of nodes along the axis [m]")
-
-    @field_validator("theory")
-    @classmethod
-    def _can_shear(cls, value: str, info: ValidationInfo) -> str:
-        section = info.data.get("section")
-        return can_shear(value, section)
 
     @field_validator("motion")
     @classmethod
@@ -82,18 +94,6 @@ class Beam(Strict):
         if np.isfinite(length) and np.diff(stops).min() < NEAREST * length:
             raise ValueError(f"stations {NEAREST:g} of the length apart from each other and from the ends are needed")
         return value
-
-    @property
-    def sheared(self) -> bool:
-        """Whether it has shear and rotary inertia."""
-        return self.theory == "timoshenko" and shear_coefficient_of(self.section) is not None
-
-    @property
-    def shear_coefficient(self) -> float:
-        """Shear coefficient κ, as given or of the section."""
-        kappa = shear_coefficient_of(self.section)
-        assert kappa is not None
-        return kappa
 
     @property
     def lateral_moment(self) -> float:

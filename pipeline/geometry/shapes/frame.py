@@ -10,8 +10,8 @@ from gudgeon.modaldb.records.mesh import MeshRecord, Surface
 from gudgeon.pipeline.geometry.cells import FRAME2
 from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
 from gudgeon.pipeline.geometry.numbers import NonZero, Point
-from gudgeon.pipeline.geometry.section import Section, shear_coefficient_of
-from gudgeon.pipeline.geometry.shapes.beam import NEAREST, Theory, can_shear, divided
+from gudgeon.pipeline.geometry.section import Section
+from gudgeon.pipeline.geometry.shapes.beam import NEAREST, OfSection, divided
 from gudgeon.pipeline.geometry.surfaces import point_surface
 from gudgeon.solver.numbers import Length, Name, Strict
 
@@ -34,12 +34,11 @@ class Member(Strict):
     )
 
 
-class Frame(Strict):
+class Frame(OfSection):
     """Frame of beams of one section: bending in both planes, stretch and torsion."""
 
     kind: Literal["frame"]
     section: Section = Field(description="Cross-section of all members")
-    theory: Theory = "timoshenko"
     nodes: dict[Name, Point] = Field(min_length=2, description="Places where members begin and end [m], by name")
     members: dict[Name, Member] = Field(min_length=1, description="Straight beams between nodes, by name")
     groups: dict[Name, tuple[str, ...]] = Field(
@@ -56,11 +55,6 @@ class Frame(Strict):
                 " with kind 'general'"
             )
         return value
-
-    @field_validator("theory")
-    @classmethod
-    def _can_shear(cls, value: str, info: ValidationInfo) -> str:
-        return can_shear(value, info.data.get("section"))
 
     @field_validator("members")
     @classmethod
@@ -105,18 +99,6 @@ class Frame(Strict):
         if loose:
             raise ValueError(f"nodes.{min(loose)}: no member begins or ends there; remove it")
         return self
-
-    @property
-    def sheared(self) -> bool:
-        """Whether it has shear and rotary inertia."""
-        return self.theory == "timoshenko" and shear_coefficient_of(self.section) is not None
-
-    @property
-    def shear_coefficient(self) -> float:
-        """Shear coefficient κ, as given or of the section."""
-        kappa = shear_coefficient_of(self.section)
-        assert kappa is not None
-        return kappa
 
     @property
     def lateral_moment(self) -> float:
