@@ -189,7 +189,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
 def _areas(contact: Contact, areas: np.ndarray) -> np.ndarray | None:
     """Return the areas that make pressures of forces [m^2], (c,): of layers, wear, several points on another body."""
     several = isinstance(contact.against, OtherBody) and len(areas) > 1
-    needed = contact.surface_stiffness is not None or several or contact.wear is not None
+    needed = several or contact.wear is not None or contact.surface_stiffness is not None
     return areas if needed else None
 
 

@@ -111,7 +111,7 @@ def test_what_is_in_costs_operations(family: str, counts: dict[str, Counts]) -> 
     for name in FAMILIES[family].into:
         case = counts[family][f"in: {name}"]
         assert case["result"] == "FINISHED", name
-        assert case["compile"] >= plain["compile"], name  # Areas are there without a layer, too, for pressures.
+        assert case["compile"] > plain["compile"], name
         assert case["run"] > plain["run"], name
         assert case["arrays"] != plain["arrays"], name
 
