@@ -22,7 +22,7 @@ MANY = 400
 LAYER = {"surface_stiffness": 2.5e9}
 """Compliance of 4e-10 m/N, area 1 m²; R of a rod with 10 modes is 3.9e-10 m/N, with 40 modes 1e-10 m/N."""
 STIFF = {"surface_stiffness": 2.5e13}
-LEAST, MOST = 1 / 2, 20.0
+LEAST, MOST = 1 / 2, 10.0
 """Of an estimate over a true error that is above 1 %."""
 
 
@@ -32,7 +32,8 @@ def striker_scene(ratio: float, **contact: Any) -> dict[str, Any]:
     return {
         "body": {"part": {}, "mass": {"position": [1.0 + 1e-9, 0, 0], "velocity": [-1.0, 0, 0]}},
         "contact": {"pair": {"body": "mass", "interface": "face", "against": against} | contact},
-        "run": {"duration": {0.1: 6e-4, 1.0: 8e-4, 10.0: 3e-3}[ratio]},
+        # Errors of the basis are told from those of steps down to 1 %.
+        "run": {"duration": {0.1: 6e-4, 1.0: 8e-4, 10.0: 3e-3}[ratio], "accuracy": 3e-4},
     }
 
 
