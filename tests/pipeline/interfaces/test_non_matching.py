@@ -10,7 +10,7 @@ import pytest
 from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.run import run_job
-from gudgeon.solver.checks.placing import adjusted_notes
+from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes
 from gudgeon.solver.contact.facets import Facets, paired
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.simulate import simulate
@@ -86,6 +86,20 @@ def test_patch_test(tmp_path: Path, upper: float, lower: float) -> None:
     assert forces.sum() == pytest.approx(1e-6 * STIFFNESS * 0.03**2, rel=1e-11)
     moment = np.cross(system.contacts[0].points, [0.0, 0.0, 1.0]).T @ forces
     assert moment == pytest.approx(0.0, abs=1e-9 * forces.sum() * 0.03)
+
+
+@pytest.mark.parametrize(("upper", "lower"), [(0.007, 0.0095), (0.0095, 0.007)])
+def test_facets_that_overhang_have_the_area_that_is_covered(tmp_path: Path, upper: float, lower: float) -> None:
+    """A third of the upper face is beside the lower one: two thirds of 30 mm x 30 mm press, and a note says so."""
+    _, system = compiled(tmp_path, upper, lower, position="position = [0.01, 0.0, 0.02]")
+    contact = system.contacts[0]
+    assert contact.other is not None
+    meets = system.gap[contact.rows] < 1e-3  # Others are far.
+    assert contact.other.met[1] == pytest.approx(6e-4, rel=1e-9)
+    assert contact.areas[meets].sum() == pytest.approx(6e-4, rel=1e-9)
+    (note,) = overhang_notes(system)
+    assert note.startswith("contact.faces: facets overhang: 0.0006 m^2 of them is covered by the other face, and")
+    assert overhang_notes(compiled(tmp_path, upper, lower)[1]) == []
 
 
 def test_shape_surface_meets_contact_points_too(tmp_path: Path) -> None:

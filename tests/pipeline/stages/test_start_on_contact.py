@@ -72,6 +72,8 @@ def value(report: RunReport, name: str) -> float:
 @pytest.mark.parametrize("contact", ["", "surface_stiffness = 1e13", "friction = { static = 0.3, kinetic = 0.3 }"])
 def test_a_block_stands_with_its_weight(contact: str, tmp_path: Path, database: Path) -> None:
     report = run(tmp_path, database, contact=contact)
+    assert value(report, "floor.start") == 0.0
+    assert value(report, "floor.force_peak") == pytest.approx(WEIGHT, rel=1e-6)
     assert value(report, "floor.force_peak_raw") == pytest.approx(WEIGHT, rel=1e-6)
     assert abs(value(report, "block.velocity_z")) < 1e-12
 
