@@ -167,15 +167,15 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     if contact.surface_stiffness is not None:
         layer = 1.0 / (contact.surface_stiffness * areas)
     elif contact.law is not None and contact.law.kind == "linear":
-        layer = np.full(len(gap), 1.0 / contact.law.stiffness)
+        layer = 1.0 / contact.law.of_points(areas)[:, 0]
     sides = [Side(body, contact.interface, identity(len(gap)), placed)]
     if partner is not None and master is not None:
         sides.append(Side(master, partner.interface, partner.share, placed))
     check_compliance(scene, name, sides, master, residual.diagonal(), layer)
-    per_row = _surface(contact, len(gap)) | {
+    per_row = _surface(contact, areas) | {
         "gap": gap,
         "layer": layer,
-        "dashpot": _dashpot(contact, name, (body, master), residual + np.diag(layer)),
+        "dashpot": _dashpot(contact, name, (body, master), areas),
     }
     return ContactBlock(
         name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
@@ -233,11 +233,12 @@ def _without_round_off(gap: np.ndarray, allowed: float) -> np.ndarray:
     return np.where((gap < 0) & (gap >= -allowed), 0.0, gap)
 
 
-def _surface(contact: Contact, c: int) -> dict[str, np.ndarray]:
-    """Return restitution, law, friction coefficients and belt velocity of c points, see `System`."""
+def _surface(contact: Contact, areas: np.ndarray) -> dict[str, np.ndarray]:
+    """Return restitution, law, friction coefficients and belt velocity of points of areas [m^2], (c,), see `System`."""
+    c = len(areas)
     law, friction, belt = np.zeros((c, 4)), np.zeros((c, 2)), np.zeros(c)
     if contact.law is not None:
-        law[:] = contact.law.coefficients()
+        law[:] = contact.law.of_points(areas)
     if contact.friction is not None:
         friction[:] = contact.friction.static, contact.friction.sliding
         if contact.friction.direction is not None:
@@ -367,17 +368,17 @@ def _beyond(contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBod
 
 
 def _dashpot(
-    contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], compliance: np.ndarray
+    contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], areas: np.ndarray
 ) -> np.ndarray:
     """Impedance of the truncated waves [N s/m], (c,): d = (2/π)/(R ω_N), which is ρcA on a uniform bar.
 
     Between two bars their dashpots are in series, as their R are.
     """
     if contact.law is not None and contact.law.kind == "linear":
-        return np.full(len(compliance), contact.law.damping)
+        return contact.law.of_points(areas)[:, 3]
     if contact.dashpot == "none":
-        return np.zeros(len(compliance))
-    if len(compliance) > 1:
+        return np.zeros(len(areas))
+    if len(areas) > 1:
         raise SceneError(f"contact.{name}.dashpot: 'wave-guide' needs a single-point contact on a bar")
     flexibility = 0.0
     for body, interface in zip(bodies, (contact.interface, getattr(contact.against, "interface", "")), strict=True):

@@ -110,8 +110,8 @@ class Contact(Strict):
     )
     method: Literal["residual", "penalty", "constraint", "impact"] = Field(
         default="residual",
-        description="residual: gap = g₀ + BΦq + Rλ, with no stiffness parameter; penalty: a spring or a law at each"
-        " point; constraint: the gap is held at zero from closing until its force would become tensile"
+        description="residual: gap = g₀ + BΦq + Rλ, with no stiffness parameter; penalty: springs or a law at the"
+        " points; constraint: the gap is held at zero from closing until its force would become tensile"
         " (addition-deletion); impact: Newton's restitution at each impact",
     )
     surface_stiffness: LayerStiffness | None = Field(
@@ -121,7 +121,9 @@ class Contact(Strict):
         " contact of the surfaces on the bodies' own flexibility",
     )
     law: Law | None = Field(
-        default=None, description="Force of each point as a function of indentation, instead of a surface layer"
+        default=None,
+        description="Force of the whole interface as a function of indentation, which its points share by their areas;"
+        " instead of a surface layer",
     )
     restitution: Share | None = Field(
         default=None,

@@ -52,7 +52,8 @@ def test_a_process_that_hears_ends_by_itself() -> None:
 
 def test_a_block_that_ends_leaves_nobody() -> None:
     with begun("print('begun', flush=True)") as child:
-        assert child.stdout is not None and child.stderr is not None
+        assert child.stdout is not None
+        assert child.stderr is not None
         # By the streams: `communicate` passes over what `begun` has read ahead of its line.
         assert (child.stdout.read(), child.stderr.read()) == ("done\n", "")
     assert child.returncode == 0

@@ -119,8 +119,8 @@ def sections_of(found_pairs: list[Meeting], system: System) -> list[Section]:
     sections = []
     for pair in found_pairs:
         settings = system.scene.contact[pair.contact.name]
-        if pair.by_law and settings.law is not None:
-            laws = coefficients = [settings.law.coefficients()] * len(pair.contact.points)
+        if pair.by_law:
+            laws = coefficients = [Coefficients(*map(float, row)) for row in system.law[pair.contact.rows]]
         else:
             laws = [NO_LAW] * len(pair.contact.points)
             soft = pair.compliance + system.layer[pair.contact.rows]

@@ -95,20 +95,19 @@ def of_contact(
         SceneError: friction is not what bodies that turn have, or a record has not what a turning body needs.
     """
     body_id, settings = names.index(contact.body), system.scene.contact[contact.name]
-    body, against, law = system.bodies[contact.body], settings.against, settings.law
+    body, against = system.bodies[contact.body], settings.against
     if not isinstance(against, Bore | Plane) or by_flexibility(settings, frames[body_id]):
         return []
-    assert law is not None
     if isinstance(against, Plane):
         axis, origin, size, shape = unit(against.normal), np.asarray(against.point, float), (0.0, 0.0, 0.0), PLANE
     else:
         axis, origin = unit(against.axis), np.asarray(against.origin, float)
         size, shape = (against.radius, 0.0, 0.0), JOURNAL
     rows = rows_of(body, frames[body_id], contact)
-    friction, belt = rubbing_of(contact.name, settings, law.coefficients(), body), belt_of(settings)
+    laws, belt = [Coefficients(*map(float, row)) for row in system.law[contact.rows]], belt_of(settings)
     placed = contact.points + np.asarray(system.scene.body[contact.body].position)
     result = []
-    for point, point_rows in zip(placed, rows, strict=True):
+    for point, point_rows, law in zip(placed, rows, laws, strict=True):
         along = (point - origin) @ axis
         ground = point - along * axis if shape == PLANE else origin + along * axis
         ends = (
@@ -116,7 +115,8 @@ def of_contact(
             Point(body_id, point - centres[body_id], point_rows, np.zeros((6, *2 * point_rows.shape[1:]))),
         )
         axes = np.array([frame_along(axis), np.eye(3)])
-        result.append((ends, axes, Section(contact.name, size, law.coefficients(), friction, belt, shape)))
+        friction = rubbing_of(contact.name, settings, law, body)
+        result.append((ends, axes, Section(contact.name, size, law, friction, belt, shape)))
     return result
 
 
