@@ -1,4 +1,4 @@
-"""A contact law on a face acts once: its points share stiffness and damping, so that the force is that of a rigid block.
+"""A contact law on a face acts once: its points share it, so that the force is that of a rigid block.
 
 A cube of m = 0.0628 kg that strikes at v is as stiff as a rigid body beside these laws. By energy the largest force is
 F = K d^n with K d^(n+1)/(n+1) = m v²/2, whatever the mesh.
