@@ -160,7 +160,8 @@ def _shared_areas(pairing: Pairing, point_areas: np.ndarray) -> tuple[np.ndarray
         return None, (0.0, 0.0)
     covered = np.where(meets, pairing.areas, 0.0)
     areas = covered * float(pairing.areas.sum() / covered.sum())
-    return np.where(meets, np.maximum(areas, SLIVER * point_areas), point_areas), (
+    # Those of points that meet nothing carry no force, and no share of a law.
+    return np.maximum(areas, SLIVER * point_areas), (
         float(point_areas[meets].sum()),
         float(pairing.areas.sum()),
     )

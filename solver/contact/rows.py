@@ -172,10 +172,10 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     if partner is not None and master is not None:
         sides.append(Side(master, partner.interface, partner.share, placed))
     check_compliance(scene, name, sides, master, residual.diagonal(), layer)
-    per_row = _surface(contact, areas) | {
+    per_row = _surface(contact, len(gap), areas) | {
         "gap": gap,
         "layer": layer,
-        "dashpot": _dashpot(contact, name, (body, master), areas),
+        "dashpot": _dashpot(contact, name, (body, master), (len(gap), areas)),
     }
     return ContactBlock(
         name=name, body=body.name, interface=contact.interface, points=points, directions=directions,
@@ -233,9 +233,12 @@ def _without_round_off(gap: np.ndarray, allowed: float) -> np.ndarray:
     return np.where((gap < 0) & (gap >= -allowed), 0.0, gap)
 
 
-def _surface(contact: Contact, areas: np.ndarray) -> dict[str, np.ndarray]:
-    """Return restitution, law, friction coefficients and belt velocity of points of areas [m^2], (c,), see `System`."""
-    c = len(areas)
+def _surface(contact: Contact, c: int, areas: np.ndarray) -> dict[str, np.ndarray]:
+    """Return restitution, law, friction coefficients and belt velocity of c points, see `System`.
+
+    Args:
+        areas: Of the points [m^2], (c,), which laws read.
+    """
     law, friction, belt = np.zeros((c, 4)), np.zeros((c, 2)), np.zeros(c)
     if contact.law is not None:
         law[:] = contact.law.of_points(areas)
@@ -368,17 +371,21 @@ def _beyond(contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBod
 
 
 def _dashpot(
-    contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], areas: np.ndarray
+    contact: Contact, name: str, bodies: tuple[FlexibleBody, FlexibleBody | None], points: tuple[int, np.ndarray]
 ) -> np.ndarray:
     """Impedance of the truncated waves [N s/m], (c,): d = (2/π)/(R ω_N), which is ρcA on a uniform bar.
 
     Between two bars their dashpots are in series, as their R are.
+
+    Args:
+        points: Their number c, and areas [m^2], (c,), which laws read.
     """
+    c, areas = points
     if contact.law is not None and contact.law.kind == "linear":
         return contact.law.of_points(areas)[:, 3]
     if contact.dashpot == "none":
-        return np.zeros(len(areas))
-    if len(areas) > 1:
+        return np.zeros(c)
+    if c > 1:
         raise SceneError(f"contact.{name}.dashpot: 'wave-guide' needs a single-point contact on a bar")
     flexibility = 0.0
     for body, interface in zip(bodies, (contact.interface, getattr(contact.against, "interface", "")), strict=True):

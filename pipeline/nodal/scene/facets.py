@@ -46,8 +46,11 @@ class Met:
 
 def faced_rows(
     near_side: tuple[Part, ContactPoints, Surface], far_side: tuple[Part, Surface]
-) -> tuple[sparse.csr_matrix, np.ndarray]:
-    """Return ∂g/∂u over the dofs of the other body, (c, dofs), and the gaps [m], ∞ where points meet nothing, (c,)."""
+) -> tuple[sparse.csr_matrix, np.ndarray, np.ndarray]:
+    """Return ∂g/∂u over the dofs of the other body, (c, dofs), gaps [m], ∞ where points meet nothing, and areas, (c,).
+
+    Areas are those of what the other body covers [m^2]: where points of a facet meet nothing, those that do carry it.
+    """
     (mine, points, surface), (theirs, far) = near_side, far_side
     normals = points.normals @ mine.rotation.T
     nodes = theirs.placed(theirs.model.nodes)
@@ -83,7 +86,10 @@ def faced_rows(
     dofs = (3 * coo.col[:, None] + np.arange(3)).ravel()
     along = (coo.data[:, None] * directions[coo.row]).ravel()
     onto = sparse.csr_matrix((along, (rows, dofs)), (len(normals), 3 * len(nodes)))
-    return sparse.csr_matrix(theirs.model.on_dofs(onto) @ theirs.reduction), np.where(sums > 0, gaps, np.inf)
+    gaps = np.where(sums > 0, gaps, np.inf)
+    covered = np.where(np.isfinite(gaps), sums, 0.0)
+    covered *= sums.sum() / covered.sum() if covered.any() else 0.0
+    return sparse.csr_matrix(theirs.model.on_dofs(onto) @ theirs.reduction), gaps, covered
 
 
 def surface_of(body: Part, interface: str) -> Surface:

@@ -60,7 +60,7 @@ def _contact(job: Job, name: str, bodies: list[Part]) -> PointContact:
     points, outward = bodies[body_id].contact_rows(contact.interface, f"contact.{name}.interface")
     placed, normals = bodies[body_id].placed(points.points), points.normals @ bodies[body_id].rotation.T
     rows: list[sparse.csr_matrix | None] = [None] * len(bodies)
-    rows[body_id] = -outward
+    rows[body_id], areas = -outward, points.areas
     if contact.against.shape == "body":
         partner_id = names.index(contact.against.body)
         key = f"contact.{name}.against.interface"
@@ -77,7 +77,7 @@ def _contact(job: Job, name: str, bodies: list[Part]) -> PointContact:
             ]
         solids = len(surfaces) > 0 and all(s.facets.shape[1] == 6 for s in surfaces)
         if solids and (not equal or beside > MATCHING * float(np.ptp(placed))):
-            met, gap = faced_rows((bodies[body_id], points, surfaces[0]), (bodies[partner_id], surfaces[1]))
+            met, gap, areas = faced_rows((bodies[body_id], points, surfaces[0]), (bodies[partner_id], surfaces[1]))
             gap = np.where(np.isfinite(gap), gap, MISSES * float(np.ptp(placed)))
         elif equal:
             met = -there[order]
@@ -107,9 +107,9 @@ def _contact(job: Job, name: str, bodies: list[Part]) -> PointContact:
     law = None
     if contact.surface_stiffness is not None:
         law = np.zeros((len(gap), 4))
-        law[:, 0], law[:, 1] = contact.surface_stiffness * points.areas, 1.0
+        law[:, 0], law[:, 1] = contact.surface_stiffness * areas, 1.0
     elif contact.law is not None:
-        law = contact.law.of_points(points.areas)
+        law = contact.law.of_points(areas)
     gap = np.where(np.abs(gap) <= allowed, np.maximum(gap, 0.0), gap)
     return PointContact(tuple(rows), gap, directions, body_id, partner_id, law)
 
