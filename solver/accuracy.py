@@ -123,9 +123,7 @@ def with_step_estimates(
     doubled = settings.model_copy(update={"step": 2 * settings.step})
     doubled_plan = plan_run(replace(system, scene=system.scene.model_copy(update={"run": doubled})))
     alike = bool(system.contacts) or doubled_plan.schedule.frames == plan.schedule.frames
-    # An integrator of own steps leaves a step to its accuracy that would step over impacts.
-    comparable = (doubled_plan.fixed_step is None) == (plan.fixed_step is None)
-    longer = comparable and alike and doubled_plan.step > LONGER * plan.step
+    longer = alike and doubled_plan.step > LONGER * plan.step
     against = run(doubled_plan if longer else plan.halved(settings.samples))
     if longer and against.result != Result.STOPPED.name and not Result[against.result].ok:
         longer, against = False, run(plan.halved(settings.samples))

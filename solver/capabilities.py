@@ -72,7 +72,8 @@ class Integrator:
     step_factor: ClassVar[float] = 0.2
     """dt·ω_c of the default step."""
     resolving: ClassVar[float | None] = None
-    """The same of scenes that are `IMPULSIVE`, whose step resolves contact; None: as others."""
+    """The same of scenes that are `IMPULSIVE` or have points on a law alone, whose step resolves contact; None: as
+    others."""
     largest: ClassVar[float] = math.inf
     """dt·ω_c of a given step above which the step is divided, since it would miss impacts or gain energy."""
     sticking: ClassVar[float] = math.inf
@@ -121,21 +122,6 @@ class Event(Integrator):
     own_steps = True
 
 
-class Collocation(Integrator):
-    """Four Lobatto points a step: order 6 at the ends of steps. Its drift is 100 times its default accuracy of 1e-8."""
-
-    carries = frozenset(
-        {
-            Feature.LINEAR_LAW, Feature.SMOOTH_LAW, Feature.TWO_BODIES, Feature.GAUGES, Feature.PROBES, Feature.SPRING,
-            Feature.GRAVITY, Feature.WEAR,
-        }
-    )  # fmt: skip
-    order = 6
-    promised_drift = 1e-6
-    own_steps = True
-    largest = 1.0
-
-
 class Mechanism(Integrator):
     """For bodies that turn by any angle, held by joints. Steps of order 8 with projection."""
 
@@ -157,7 +143,6 @@ class Mechanism(Integrator):
 INTEGRATORS: dict[str, type[Integrator]] = {
     "implicit": Implicit,
     "event": Event,
-    "collocation": Collocation,
     "mechanism": Mechanism,
 }
 """Members by the name that a scene writes, in the order in which `auto` prefers them."""

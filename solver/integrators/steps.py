@@ -8,7 +8,7 @@ import numpy as np
 from gudgeon.solver.capabilities import INTEGRATORS, MANY, UNTOUCHED, Integrator
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.breaks import FINEST
-from gudgeon.solver.integrators.choice import choose, critical_frequency
+from gudgeon.solver.integrators.choice import choose
 from gudgeon.solver.ports.stick import sticks
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.system.drives import DrivenRows
@@ -124,11 +124,9 @@ def plan_run(system: System, coarser: float = 1.0) -> Plan:
         factor = step_factor(system, integrator, critical)
         read = factor / driven_step(system) if run.step is None else 0.0
         return Plan(name, critical, plan_steps(run, factor, max(critical / coarser, read), largest))
-    # A given step that steps over impacts is left to the accuracy.
-    divisions = 1 if run.step is None else parts_of(run.step, critical_frequency(system), integrator.largest)
     per_frame = max(1, math.ceil(run.samples / run.frames))
-    schedule = Schedule(run.duration / (run.frames * per_frame), divisions, 1, per_frame, run.frames)
-    return Plan(name, 0.0, schedule, run.step if divisions == 1 else None)
+    schedule = Schedule(run.duration / (run.frames * per_frame), 1, 1, per_frame, run.frames)
+    return Plan(name, 0.0, schedule, run.step)
 
 
 def driven_step(system: System) -> float:
@@ -188,16 +186,21 @@ def largest_factor(system: System, integrator: type[Integrator]) -> float:
 
 
 def step_factor(system: System, integrator: type[Integrator], critical: float) -> float:
-    """Return dt·ω_c of the default step of an integrator; one that resolves contact where nothing else acts, unless so
-    many points would take too many.
+    """Return dt·ω_c of the default step of an integrator; one that resolves contact where nothing else acts, or where
+    a law is the only compliance of a point, unless so many points would take too many.
 
     Args:
         critical: ω_c [rad/s].
     """
-    resolving = integrator.resolving if system.scene.impulsive else None
+    resolving = integrator.resolving if system.scene.impulsive or _on_laws_alone(system) else None
     if resolving is None or system.scene.run.duration * critical / resolving * len(system.gap) > MANY:
         return integrator.step_factor
     return resolving
+
+
+def _on_laws_alone(system: System) -> bool:
+    """Return whether a law is the only compliance of a contact point: it sets the duration of contact."""
+    return bool(((system.law[:, 0] > 0) & ~(system.compliance.diagonal() > 0)).any())
 
 
 def plan_steps(run: Run, factor: float, critical: float, largest: float) -> Schedule:

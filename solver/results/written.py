@@ -18,8 +18,6 @@ SLIDING = 1e-4
 """That of the momentum of bodies that slide over traction spaces, whose functions move under the points in a sample."""
 AT_ONCE = 1e-6
 """Time between an impact and a frame, over that between samples, at which they are at one time."""
-BETWEEN = ("explicit", "collocation")
-"""Integrators whose energies are of other times of a step than their frames: half steps, or points of collocation."""
 EXACT = "event"
 """Integrator whose strain energy is that of modes alone; others add that of springs, loads, fields and dampers."""
 MOVING = 1e-6
@@ -110,7 +108,7 @@ def _strikes(trajectory: Trajectory, times: np.ndarray) -> bool:
 
 def _energies(system: System, trajectory: Trajectory) -> Iterator[tuple[str, float]]:
     """Yield the differences of kinetic and strain energy from those of the frames."""
-    if system.scene.capabilities.turns or trajectory.counts["integrator"] in BETWEEN:
+    if system.scene.capabilities.turns:
         return
     q, v = (system.of_records(states) for states in (trajectory.frames, trajectory.velocities))
     rows = np.rint(trajectory.frame_times / trajectory.times[0]).astype(int) - 1

@@ -13,12 +13,12 @@ STEPPING = {name: one for name, one in INTEGRATORS.items() if not one.own_steps}
 """Integrators with a fixed step."""
 DEFAULTS = ", ".join(
     f"{one.step_factor:g}/ω_c ({name}; {one.resolving:g}/ω_c where undamped bodies have nothing but contact over a"
-    " compliance)"
+    " compliance, or where a law is the only compliance of a contact point)"
     for name, one in STEPPING.items()
 )
 LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
 
-FORMER = {"explicit": "implicit"}
+FORMER = {"explicit": "implicit", "collocation": "implicit"}
 """Names of before by the integrator that has their scenes."""
 LEAST_WINDOW = 1e-12
 """Least window over the duration: times of a run have round-off of 1e-16 of it."""
@@ -66,7 +66,7 @@ class Run(Strict):
         default=None,
         description="Relative error that determines the step where run.step is left out: with implicit of"
         " the impulse and the windowed force of each contact and of the energy balance (default 1e-3); with"
-        " collocation of the contact force, with mechanism of the motion (default 1e-8); not used by event",
+        " mechanism of the motion (default 1e-8); not used by event",
         json_schema_extra={"unit": "1"},
     )
     checks: bool = Field(
@@ -89,12 +89,12 @@ class Run(Strict):
         " of the elastic bodies in contact, times 2.5 unless all contacts have nonlinear laws, at most the duration;"
         " none for rigid bodies. Default of the window: of each contact a tenth of its hardest impact, at most that",
     )
-    integrator: Literal["auto", "event", "collocation", "implicit", "mechanism"] = Field(
+    integrator: Literal["auto", "event", "implicit", "mechanism"] = Field(
         default="auto",
         description="event: exact motion between located events, for linear and rigid contact of a few points;"
-        " collocation: high order, for contact laws; implicit: exact motion of the modes under mean forces, for every"
-        " feature of small motion; mechanism: order 8 with projection,"
-        " for rigid bodies that turn by any angle, on joints; auto: selected from the features of the scene",
+        " implicit: exact motion of the modes under mean forces, for every feature of small motion; mechanism: order 8"
+        " with projection, for rigid bodies that turn by any angle, on joints; auto: selected from the features of the"
+        " scene",
     )
     stepping: Literal["auto", "explicit", "implicit"] = Field(
         default="auto",

@@ -15,19 +15,17 @@ from gudgeon.solver.scene.run import Run
 from gudgeon.solver.simulate import simulate, start
 from tests.solver.systems import build, rod_records
 
-LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
 METHODS: dict[str, dict[str, Any]] = {
     "implicit": {"method": "residual"},
     "event": {"method": "residual"},
-    "collocation": LAW,
 }
 CLOSED, WHOLE = 1.6e-4, 6e-4
 """Of a rod of 400 µs of contact: closed from the start to the end, and until it has parted [s]."""
-STEPS = {"implicit": 320, "collocation": 16}
+STEPS = {"implicit": 320}
 """Steps in the time in which the rod is closed: their error is in its asymptotic range, and that of eight times as many
-above round-off; those of collocation are above it up to four times as many."""
-FINER = {"collocation": (1, 1.5, 2, 3)}
-"""What these numbers are multiplied by, (1, 2, 4, 8) elsewhere; each divides the time into whole steps."""
+above round-off; each number divides the time into whole steps."""
+FINER = (1, 2, 4, 8)
+"""What these numbers are multiplied by."""
 
 
 def scene(name: str, method: dict[str, Any], **run: Any) -> dict[str, Any]:
@@ -70,7 +68,7 @@ def test_runs_have_the_capabilities_of_their_name(name: str, tmp_path: Path) -> 
 def test_the_error_falls_as_declared(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     undivided(name, monkeypatch)
     exact = solved(tmp_path / "exact", "event", METHODS[name])
-    counts = [round(STEPS[name] * factor) for factor in FINER.get(name, (1, 2, 4, 8))]
+    counts = [round(STEPS[name] * factor) for factor in FINER]
     errors = [apart(solved(tmp_path / str(count), name, METHODS[name], step=CLOSED / count), exact) for count in counts]
     assert min(errors) > 1e-11  # Round-off is below 1e-13.
     assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(INTEGRATORS[name].order, abs=0.2)
@@ -96,7 +94,7 @@ def test_balances_close(name: str, tmp_path: Path) -> None:
     assert found.result == "FINISHED"
     assert found.momentum_residual < 1e-12
     # Closed from the start to the end, contact is linear: implicit rules and exact motion keep a quadratic energy.
-    assert found.energy_drift < {"collocation": 1e-7}.get(name, 1e-11)
+    assert found.energy_drift < 1e-11
     assert found.times[-1] >= CLOSED * (1 - 1e-12)
     interval = found.times[1] - found.times[0]
     impulse = found.quantities["wall.impulse"]["value"]

@@ -8,8 +8,9 @@ import pytest
 from docs.tools.features import PAGE, page
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.stores.base import Store
+from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.simulate import simulate
-from tests.solver import features
+from tests.solver import features, smooth_laws
 from tests.solver.features import (
     CONTRADICTIONS,
     FEATURES,
@@ -36,7 +37,7 @@ UNLIKE: tuple[set[str], ...] = (
     {"residual-law", "several-points"},
 )
 """Pairs that are not compared: rigid impacts of elastic bodies or of several points follow each other within a step,
-events take no dashpots on coupled points, and collocation no such points."""
+events take no dashpots on coupled points, and `smooth_laws` no such points."""
 DRIFT = 1e-3
 """Largest energy drift at the given step, 1 µs: dt·ω_c is at most 0.08; and the default of run.accuracy."""
 MOMENTUM = 1e-10
@@ -46,8 +47,6 @@ APART = 2e-3
 NOTHING = 1e-9
 """Impulse relative to the largest one that is round-off, of contact that another one opens as it closes."""
 TRIPLES = 200
-OWN = ("event", "collocation")
-"""Integrators that a scene is compared with."""
 
 
 @pytest.fixture(scope="module")
@@ -73,22 +72,25 @@ CARRIED = 154
 COMPARED = [pair for pair in pairs() if not {"given-step", "automatic-step"} & set(pair) and set(pair) not in UNLIKE]
 
 
-def another(names: tuple[str, str]) -> str | None:
-    """Return the name of an integrator of its own kind that carries a scene, if there is one."""
-    return next((name for name in scene_of(names).carriers() if name in OWN), None)
+def another(names: tuple[str, str], store: Store) -> dict[str, float] | None:
+    """Return the impulses of a scene by exact motion, or by `smooth_laws`; None where neither carries it."""
+    scene = scene_of(names)
+    if "event" in scene.carriers():
+        return impulses(simulate(system_of(store, names, integrator="event", step=None)))
+    return smooth_laws.impulses(at_rest(system_of(store, names))) if smooth_laws.carries(scene) else None
 
 
 def test_as_many_pairs_are_compared_as_ever() -> None:
     """A pair that no other integrator carries is not compared below, without a failure."""
-    assert sum(another(names) is not None for names in COMPARED) == CARRIED
+    scenes = [scene_of(names) for names in COMPARED]
+    assert sum("event" in scene.carriers() or smooth_laws.carries(scene) for scene in scenes) == CARRIED
 
 
 @pytest.mark.parametrize("names", pairs(), ids="+".join)
 def test_every_pair_runs_and_another_integrator_agrees(names: tuple[str, str], store: Store) -> None:
     trajectory = runs(store, names)
-    if names not in COMPARED or (integrator := another(names)) is None:
+    if names not in COMPARED or (expected := another(names, store)) is None:
         return
-    expected = impulses(simulate(system_of(store, names, integrator=integrator, step=None)))
     for name, value in expected.items():
         if value > NOTHING * max(expected.values()):
             assert impulses(trajectory)[name] == pytest.approx(value, rel=APART)

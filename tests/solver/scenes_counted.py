@@ -254,21 +254,19 @@ def located() -> dict[str, Family]:
     }  # fmt: skip
 
 
-def smooth() -> dict[str, Family]:
+def smooth(finer: int = 1) -> dict[str, Family]:
     """Families of contact laws."""
     law = {"kind": "hertz", "stiffness": 2e9}
     spring = {"force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": 1e3}}}
     lossy = _contact("wall", law={"kind": "hunt-crossley", "stiffness": 2e9, "restitution": 0.5})
     mass = {"part": systems.rigid_records(1.0, {"tip": ([systems.LENGTH, 0, 0], [1.0, 0, 0])})}
-    rod = merged(systems.rod_scene(law=law, method="residual"), _run("collocation", 3e-4, None))
-    point = merged(systems.rod_scene(law=law, method="penalty"), _run("collocation", 6e-4, None))
+    rod = merged(systems.rod_scene(law=law, method="residual"), _run("implicit", 3e-4, 1e-6 / finer))
+    point = merged(systems.rod_scene(law=law, method="penalty"), _run("implicit", 6e-4, 2e-6 / finer))
     return {
-        "collocation, elastic": family(
+        "law, elastic": family(
             Case({"part": systems.rod_records(3)}, rod), {"no gravity": STILL, "no gauges": UNREAD}, {"gauge": READ}
         ),
-        "collocation, rigid": family(
-            Case(mass, point), {"no gravity": STILL}, {"loss": lossy, "spring": spring}, UNGAUGED
-        ),
+        "law, rigid": family(Case(mass, point), {"no gravity": STILL}, {"loss": lossy, "spring": spring}, UNGAUGED),
     }
 
 
@@ -278,4 +276,4 @@ def families(finer: int = 1) -> dict[str, Family]:
     Args:
         finer: By what the steps of integrators that are given one are divided.
     """
-    return implicit(finer) | located() | smooth()
+    return implicit(finer) | located() | smooth(finer)

@@ -131,8 +131,9 @@ def test_a_ball_that_has_drifted_aside_ends_the_run_when_it_strikes(tmp_path: Pa
 LAYERED = {"surface_stiffness": 1e12}
 RIGID = {"method": "constraint"}
 STRUCK_BY: dict[str, dict[str, Any] | None] = {
-    "implicit": LAYERED, "event": RIGID, "collocation": None,
-}  # fmt: skip
+    "implicit": LAYERED,
+    "event": RIGID,
+}
 
 
 @pytest.mark.parametrize("integrator", STRUCK_BY)

@@ -267,7 +267,6 @@ STEP = 5e-7
 STRIKES: dict[str, dict[str, Any]] = {
     "implicit": {"surface_stiffness": 1e13, "friction": {"static": 0.2}},
     "event": {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}},
-    "collocation": {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}},
 }
 
 

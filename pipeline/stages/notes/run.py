@@ -24,13 +24,10 @@ def step_limit(facts: Facts) -> Iterator[str]:
     if math.ceil(run.step * critical / factor * (1 - 1e-12)) < substeps:
         factor = INTEGRATORS[name].sticking
     limit = f"{factor:g}/ω_c" + (f" = {factor / critical:.3g} s" if critical > 0 else "")
-    effect = f"each step was divided into {substeps} substeps"
-    if INTEGRATORS[name].own_steps:
-        effect = "the integrator chose its steps by run.accuracy instead"
-        if math.isinf(factor):
-            yield f"run.step: {run.step:g} s given; integrator '{name}' steps by run.accuracy instead"
-            return
-    yield f"run.step: {run.step:g} s exceeds the limit of integrator '{name}', {limit}; {effect}"
+    yield (
+        f"run.step: {run.step:g} s exceeds the limit of integrator '{name}', {limit}; each step was divided into"
+        f" {substeps} substeps"
+    )
 
 
 def edges(facts: Facts) -> Iterator[str]:

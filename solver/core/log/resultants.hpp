@@ -2,6 +2,7 @@
 #pragma once
 #include "../ports/sliding.hpp"
 #include "../response/sweeps.hpp"
+#include "../small/ending.hpp"
 #include "../small/retiming.hpp"
 #include "impacts.hpp"
 
@@ -20,11 +21,26 @@ inline bool is_normal(const Constants& constants, Index i) noexcept {
     return constants.contact[i] >= 0 && constants.block[i] == i;
 }
 
+/* Whether port i touches at the end of a step: a law until its gap opens, or its force ends that has a dashpot.
+ *
+ * The unknown of a law alone is the mean of the step, and one that recovers slowly has no force but round-off. */
+inline bool touches(const Constants& constants, const State& state, Index i) noexcept {
+    if (!is_law(constants.kind[i])) return state.unknown[i] > 0.0;
+    const bool closed = state.displacement(0, i) < 0.0 && !state.beside[i];
+    return closed && (state.unknown[i] > 0.0 || constants.law(i, 3) == 0.0);
+}
+
 /* Note that contact k begins to touch or parts at the end of a step of some length [s]. */
 inline void note_gap(const Constants& constants, const State& state, const ImpactLog& log, Index k, bool acts,
                      double time, double length) noexcept {
     const Index i = log.steps(k, ROW);
-    if (acts) {
+    if (acts && is_law(constants.kind[i]) && state.displacement(1, i) >= 0.0) {
+        const auto [share, speed] = approach_of(constants, state, i);
+        note_change(log, k, true, time - (1.0 - share) * length, 0.0, -speed);
+    } else if (!acts && is_law(constants.kind[i]) && state.displacement(0, i) >= 0.0) {
+        const auto [share, speed] = departure_of(constants, state, i);
+        note_change(log, k, false, time - (1.0 - share) * length, 0.0, speed);
+    } else if (acts) {
         const double rate = moved_over(constants, state.slides, i, BEFORE, state.before[1]);
         note_change(log, k, true, time, state.displacement(1, i) + length * rate, rate);
     } else {
@@ -39,7 +55,8 @@ inline void note_gap(const Constants& constants, const State& state, const Impac
 /* Add the normal forces of a step to the log of impacts, and note what begins to touch and what parts.
  *
  * The force over a step in which rigid contact strikes is an impulse over it, no force that could be the largest. */
-inline void log_forces(const Constants& constants, const State& state, const ImpactLog& log, Index number) noexcept {
+inline void log_forces(const Constants& constants, const State& state, const Problem& problem, const ImpactLog& log,
+                       Index number) noexcept {
     const Index contacts = log.force.size();
     const double dt = constants.dt[0], time = double(number + 1) * dt;
     for (Index k = 0; k < contacts; ++k) state.acting[k] = 0.0, state.struck[k] = false;
@@ -47,11 +64,15 @@ inline void log_forces(const Constants& constants, const State& state, const Imp
     for (Index n = 1; n <= state.forced[0]; ++n) {
         const Index i = state.forced[n], k = constants.contact[i];
         if (!is_normal(constants, i)) continue;
-        state.acting[k] += state.unknown[i];
+        if (touches(constants, state, i)) state.acting[k] = 1.0;
         if (state.mean[i] == 0.0) continue;
         active += 1;
         state.struck[k] = state.struck[k] || state.closing[i] >= 0.0;
         add_normal(constants, state, log, i, state.mean[i]);
+    }
+    for (Index a = 0; a < (constants.plain ? 0 : problem.size[0]); ++a) {
+        const Index i = problem.ports[a];
+        if (is_law(constants.kind[i]) && touches(constants, state, i)) state.acting[constants.contact[i]] = 1.0;
     }
     state.counts[ACTIVE] = active;
     if (active > 0) state.counts[CONTACT_STEPS] += 1;
@@ -84,7 +105,7 @@ inline void note_part(const Arrays& arrays, double start, double length) noexcep
         const bool rigid = constants.level[i] == VELOCITY;
         /* What an impact's solution leaves of an approach, the next step takes away, by round-off over its length. */
         const bool left = rigid && state.unknown[i] * length <= TOLERANCE * state.impulses[i];
-        if (!left) state.acting[k] += state.unknown[i];
+        if (!left && touches(constants, state, i)) state.acting[k] = 1.0;
         if (state.mean[i] != 0.0 && !left) {
             active += 1;
             add_normal(constants, state, log, i, state.mean[i] * length / constants.dt[0]);

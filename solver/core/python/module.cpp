@@ -13,7 +13,6 @@ void bind_laws(nb::module_&);
 void bind_response(nb::module_&);
 void bind_log(nb::module_&);
 void bind_fields(nb::module_&);
-void bind_collocation(nb::module_&);
 void bind_signals(nb::module_&);
 void bind_panels(nb::module_&);
 void bind_tool(nb::module_&);
@@ -30,7 +29,6 @@ GUDGEON_EXTENSION(GUDGEON_MODULE, m) {
     bind_response(m);
     bind_log(m);
     bind_fields(m);
-    bind_collocation(m);
     bind_signals(m);
     bind_panels(m);
     bind_tool(m);

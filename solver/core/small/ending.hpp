@@ -130,14 +130,66 @@ inline bool slips_at(const Constants& constants, const State& state, const Probl
         .slips;
 }
 
-/* Let the anchors of tangents that slip or are open follow them, and end the approach of laws that are open.
+/* When the gap of a law closes or opens in a step, as a share of it, and its speed then [m/s]. */
+struct Passage {
+    double share, speed;
+};
+
+/* Rate [m/s] that the mean force of port i over the step gives its displacement. */
+inline double pushed_rate(const Constants& constants, const State& state, Index i) noexcept {
+    const Vec change = state.rest[1];
+    const CVec by_v = constants.push[1];
+    fill(change, 0.0);
+    push(constants.rows, i, state.mean[i], change);
+    for (Index k = 0; k < change.size(); ++k) change[k] *= by_v[k];
+    return moved(constants.rows, i, change);
+}
+
+/* The zero of the parabola through the gaps of a step, at its end without the force of the law itself, whose rate
+ * changes by as much as that of the coordinates. */
+inline Passage approach_of(const Constants& constants, const State& state, Index i) noexcept {
+    const double dt = constants.dt[0], begin = state.displacement(1, i);
+    const double reach = coupling(constants.pattern, constants.columns, state.slides, i, i);
+    const double change = state.displacement(0, i) - reach * state.unknown[i] - begin;
+    const double before = moved_over(constants, state.slides, i, BEFORE, state.before[1]);
+    const double after = moved_over(constants, state.slides, i, NOW, state.v) - pushed_rate(constants, state, i);
+    const double bend = 0.5 * dt * (after - before), slope = change - bend;
+    const double root = std::sqrt(larger(0.0, slope * slope - 4.0 * bend * begin));
+    const double share = begin > 0.0 ? larger(0.0, lesser(1.0, 2.0 * begin / (root - slope))) : 0.0;
+    return {share, larger(0.0, -(before + share * (after - before)))};
+}
+
+/* The same of a gap that opens: the parabola through its end, where the law has no force any more. */
+inline Passage departure_of(const Constants& constants, const State& state, Index i) noexcept {
+    const double dt = constants.dt[0], gap = state.displacement(0, i);
+    const double before = moved_over(constants, state.slides, i, BEFORE, state.before[1]);
+    const double after = moved_over(constants, state.slides, i, NOW, state.v);
+    const double change = after - pushed_rate(constants, state, i) - before;
+    const double speed = std::sqrt(larger(0.0, after * after - 2.0 * change / dt * gap));
+    const double since = after + speed > 0.0 ? 2.0 * gap / (after + speed) : 0.0;
+    return {larger(0.0, 1.0 - since / dt), after > 0.0 ? speed : 0.0};
+}
+
+/* Keep the approach of a law that has closed in the step, and none of one that is open. */
+inline void set_approach(const Constants& constants, const State& state, Index i) noexcept {
+    const bool open = state.displacement(0, i) >= 0.0 || state.beside[i];
+    if (open) {
+        state.approach[i] = 0.0;
+    } else if (state.displacement(1, i) >= 0.0) {
+        const double speed = approach_of(constants, state, i).speed;
+        state.fastest[0] = larger(state.fastest[0], speed);
+        state.approach[i] = larger(speed, constants.floor * state.fastest[0]);
+    }
+}
+
+/* Let the anchors of tangents that slip or are open follow them, and set the approach of laws.
  *
  * time: at the end of the step [s]. */
 inline void follow(const Constants& constants, const State& state, const Problem& problem, double time) noexcept {
     for (Index a = 0; a < problem.size[0]; ++a) {
         const Index i = problem.ports[a], kind = constants.kind[i];
         if (constants.size[i] == 0) continue;
-        if (is_law(kind) && (state.displacement(0, i) >= 0.0 || state.beside[i])) state.approach[i] = 0.0;
+        if (is_law(kind)) set_approach(constants, state, i);
         if (constants.size[i] != 3 || kind == DRIVEN) continue;
         const bool slips = !(state.unknown[i] > 0.0) || slips_at(constants, state, problem, i);
         const bool slides = slips && state.unknown[i] > 0.0;

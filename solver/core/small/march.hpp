@@ -26,7 +26,7 @@ inline bool take_step(const Loop& loop, const StepLoads& loads, CMat crank, Inde
                       Mat forces) noexcept {
     const auto& [constants, state, problem, log] = loop.whole;
     if (state.clearance[0] > 0.0 && fly_open(constants, state)) {
-        log_forces(constants, state, log, number);
+        log_forces(constants, state, problem, log, number);
         return true;
     }
     if (constants.divides) {
@@ -37,11 +37,22 @@ inline bool take_step(const Loop& loop, const StepLoads& loads, CMat crank, Inde
     if (!advance(loop.whole, loads, crank)) return false;
     finish(loop.whole, double(number + 1) * constants.dt[0]);
     for (Index j = 0; j < state.pin.size(); ++j) copy(crank[j], state.pin[j]);
-    log_forces(constants, state, log, number);
+    log_forces(constants, state, problem, log, number);
     for (Index n = 1; n <= state.forced[0]; ++n)
         add_resultant(constants, state, state.forced[n], double(stride), forces);
     if (constants.idles) keep_clearance(constants, state, problem);
     return true;
+}
+
+/* Set the forces at the end of a sample [N]; unknowns of laws alone are means of the last step. */
+inline void keep_forces(const Constants& constants, const State& state, Vec ports) noexcept {
+    copy(state.unknown, ports);
+    for (Index n = 1; n <= state.forced[0]; ++n) {
+        const Index i = state.forced[n];
+        if (!(is_law(constants.kind[i]) && constants.share[i] == 1.0) || state.beside[i]) continue;
+        const double rate = -moved_over(constants, state.slides, i, NOW, state.v);
+        ports[i] = law_force(constants.law[i], -state.displacement(0, i), rate, state.approach[i]).force;
+    }
 }
 
 /* Keep the state at the end of a sample. */
@@ -49,7 +60,7 @@ inline void keep_sample(const Constants& constants, const State& state, const Fo
     copy(state.parts, out.energies[sample]);
     copy(state.q, out.q[sample]);
     copy(state.v, out.v[sample]);
-    copy(state.unknown, out.ports[sample]);
+    keep_forces(constants, state, out.ports[sample]);
     set_lengths(constants, state, out.lengths[sample]);
 }
 

@@ -80,7 +80,7 @@ struct State {
     Vec kept;         /* v- of laws at the start of a part of it [m/s], then the largest so far, (p + 1,). */
     Mat loads;        /* Given loads in a part of the step: means, and at its end [N], (2, g). */
     Mat ends;         /* q and its rate at the end of a part of the step with the forces found, (2, m). */
-    Vec acting;       /* Sum of the forces of each contact's points at the end of the step [N], (k,). */
+    Vec acting;       /* 1 of each contact that touches at the end of the step, else 0, (k,). */
     Vec stored;       /* Energy of the residual flexibility a step ago [J], (1,). */
     Vec work;         /* Of contacts on each rigid coordinate, then on all [J], (r + 1,). */
     Vec rubbed;       /* Energy that friction of each contact took [J], (k,). */

@@ -71,7 +71,7 @@ class General:
         log = impact_log([int(rows[0]) for rows in normals], dt, system.separation, system.windows)
         self.arrays = Arrays(constants, state, problem_of(constants), log)
         self._loop = core.Small(*loop_of(self.arrays, system, self.ports))
-        self._located = Located(log)
+        self._located, self._end_forces = Located(log), state.unknown
         loaded, contacts = len(constants.loaded), max(1, len(system.contacts))
         self._bare = Found(
             forces=np.zeros((1, contacts, 3)), energies=np.zeros((1, 5)), loads=np.zeros((1, loaded)),
@@ -102,6 +102,7 @@ class General:
         sound = self._loop.march(self._drive(start_step, count * stride), start_step, stride, arrays)
         if not sound:
             self._note_left()
+        self._end_forces = arrays.ports[-1] if sound else state.unknown
         self._take_slips()
         normal_forces = arrays.ports[:, self._normals]
         out.set_states(slice(None), system, arrays.q, arrays.v, normal_forces)
@@ -258,7 +259,7 @@ class General:
             wrenches[i] = -np.einsum("tf,ftw->w", state.impulses[across], surface.tangential)
         springs = [-state.impulses[ports.of(f"force.{name}")] for name in self._springs]
         return Outcome(
-            q=state.q, v=state.v, multipliers=state.unknown[self._normals], impulses=state.impulses[self._normals],
+            q=state.q, v=state.v, multipliers=self._end_forces[self._normals], impulses=state.impulses[self._normals],
             extreme=state.extreme, counts=state.counts, drags=drags if drags.any() else np.empty(0),
             friction=self._friction(state.unknown[None])[0] if system.rubbing else np.empty((0, 3)),
             springs=np.concatenate([np.empty(0), *springs]), slips=self._slips, rubbed=state.rubbed,

@@ -119,14 +119,6 @@ def test_robustness_cases_run_without_checks(tmp_path: Path, monkeypatch: pytest
     assert not seen[0].checks
 
 
-def test_a_given_step_of_an_integrator_without_one_is_named(tmp_path: Path) -> None:
-    """Collocation has no limit of the step that could be exceeded."""
-    changes = {"run.step": 1e-6, "run.duration": 4e-5, "run.samples": 40, "run.checks": False}
-    report = run(scene_path("beam-sphere"), set=changes, db=tmp_path / "db", out=tmp_path / "out", until="solve")
-    notes = [note for note in report.notes if note.startswith("run.step")]
-    assert notes == ["run.step: 1e-06 s given; integrator 'collocation' steps by run.accuracy instead"]
-
-
 @pytest.mark.parametrize(("error", "beyond"), [(0.02, False), (0.22, True)])
 def test_a_step_far_too_large_for_its_estimate_says_so(error: float, beyond: bool, tmp_path: Path) -> None:
     """Runs with one and two steps that miss an impact alike differ by less than they are wrong."""

@@ -12,7 +12,7 @@ from tests.scenes import scene_path
         ("two-blocks", [], "integrator implicit"),
         ("rigid", [], "integrator event; implicit with more than 8 contact points, all over flexibility"),
         ("rigid", ["run.integrator=event"], "integrator event"),
-        ("hertz", [], "integrator collocation"),
+        ("hertz", [], "integrator implicit"),
     ],
 )
 def test_the_size_of_contacts_may_select_another_integrator(

@@ -609,12 +609,12 @@ def test_dashpots_on_coupled_points_are_refused(tmp_path: Path) -> None:
 
 BOUNCE = {"method": "impact", "restitution": 0.5}
 CHOICES: list[tuple[dict[str, Any], dict[str, Any], str]] = [
-    ({"method": "constraint"}, {"integrator": "collocation"},
-     "'collocation' does not support the rigid contact contact.wall (method 'constraint'); use 'auto' or 'event'"),
+    (BOUNCE, {"integrator": "collocation"},
+     "'collocation' given, an integrator of before; use 'implicit' or 'auto'"),
     (BOUNCE, {"integrator": "event", "step": 1e-6},
      "run.step: integrator 'event' has no step, since its motion is exact; remove run.step"),
     ({"law": {"kind": "hertz", "stiffness": 1e9}}, {"integrator": "event"},
-     "'event' does not support the law of contact.wall; use 'auto' or 'collocation'"),
+     "'event' does not support the law of contact.wall; use 'auto' or 'implicit'"),
 ]  # fmt: skip
 
 
@@ -632,7 +632,7 @@ def test_integrators_say_what_they_cannot_carry(contact: dict[str, Any], setting
         (BOUNCE, {}, "event"),
         ({"method": "constraint"}, {"gravity": [0, 0, -9.81]}, "event"),
         ({"method": "penalty", "law": {"kind": "linear", "stiffness": 1e6}}, {}, "event"),
-        ({"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}}, {}, "collocation"),
+        ({"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}}, {}, "implicit"),
         ({"dashpot": "wave-guide"}, {}, "implicit"),
         ({}, {}, "implicit"),
     ],
@@ -642,14 +642,6 @@ def test_integrator_is_chosen_by_what_the_contact_is(
 ) -> None:
     scene = block_scene(**contact)
     assert Scene.model_validate(scene | {"run": scene["run"] | settings}).integrator == chosen
-
-
-def test_damper_beside_a_law_is_left_to_the_implicit_integrator() -> None:
-    """The others integrate contact laws on undamped motion."""
-    scene = block_scene(method="penalty", law={"kind": "hertz", "stiffness": 1e9})
-    spring = {"kind": "spring", "body": "part", "direction": X, "stiffness": 100.0, "damping": 2.0}
-    assert Scene.model_validate(scene | {"force": {"spring": spring}}).integrator == "implicit"
-    assert Scene.model_validate(scene | {"force": {"spring": spring | {"damping": 0.0}}}).integrator == "collocation"
 
 
 SURFACE = {"surface_stiffness": 1e12}

@@ -107,7 +107,7 @@ gravity = [0.0, 0.0, -9.81]
 
 
 @pytest.mark.parametrize("step", ["unset", 1e-5])
-@pytest.mark.parametrize("integrator", ["auto", "event", "implicit", "collocation"])
+@pytest.mark.parametrize("integrator", ["auto", "event", "implicit"])
 def test_gravity_gauges_and_a_given_step_run_or_are_refused_in_one_line(
     integrator: str, step: str | float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

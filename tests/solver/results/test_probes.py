@@ -239,7 +239,7 @@ TIP = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
 
 @pytest.mark.parametrize(
     ("name", "points", "contact"),
-    [("implicit", 1, {}), ("implicit", 9, {}), ("event", 1, {}), ("collocation", 1, LAW)],
+    [("implicit", 1, {}), ("implicit", 9, {}), ("event", 1, {}), ("implicit", 1, LAW)],
 )  # fmt: skip
 def test_probes_change_no_bit(name: str, points: int, contact: dict[str, Any], tmp_path: Path) -> None:
     """A rod, or a block of several points, meets a wall and leaves it."""

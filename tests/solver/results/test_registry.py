@@ -45,9 +45,9 @@ def check(quantities: dict[str, Any], scene: dict[str, Any]) -> None:
         assert known.unit == quantities[name]["unit"], name
 
 
-@pytest.mark.parametrize("integrator", ["event", "collocation", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "implicit"])
 def test_quantities_of_every_integrator_are_defined(tmp_path: Path, integrator: str) -> None:
-    method = LAW if integrator in ("event", "collocation") else {}
+    method = LAW if integrator == "event" else {}
     scene = rod_scene(6e-4, **method)
     scene["run"] |= {"integrator": integrator, "frames": 4, "samples": 100}
     scene["run"] |= {"step": STEPPING[integrator]} if integrator in STEPPING else {}

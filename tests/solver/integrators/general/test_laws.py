@@ -1,4 +1,4 @@
-"""Contact laws by collocation: accuracy that is asked for, laws' restitution, balances, histories."""
+"""Contact laws over ports: order of convergence, laws' restitution, balances, histories."""
 
 import json
 from itertools import pairwise
@@ -13,9 +13,6 @@ from scipy.special import gamma
 
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.collocation.integrator import _highest
-from gudgeon.solver.integrators.polynomial_response import free, responses
 from gudgeon.solver.laws import Law
 from gudgeon.solver.laws.restitution import delivered_restitution
 from gudgeon.solver.simulate import simulate
@@ -35,12 +32,15 @@ def reference(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     return found["parameters"], found["expected"]
 
 
-def run(folder: Path, records: Records, scene: dict[str, Any], **settings: Any) -> Trajectory:
-    """Simulate, and check the momentum, which depends on no accuracy."""
-    scene = scene | {"run": {"samples": 200, "frames": 20} | scene["run"] | settings}
+def run(folder: Path, records: Records, scene: dict[str, Any], steps: int | None = None, **settings: Any) -> Trajectory:
+    """Simulate with a number of steps, or those of run.accuracy, and check the momentum, which depends on neither."""
+    table = {"samples": 200, "frames": 20} | scene["run"] | settings
+    if steps is not None:
+        table |= {"step": table["duration"] / steps, "checks": False}
+    scene = scene | {"run": table}
     trajectory = simulate(build_all(folder, records, scene))
     assert trajectory.result == "FINISHED"
-    assert trajectory.counts["integrator"] == "collocation"
+    assert trajectory.counts["integrator"] == "implicit"
     assert trajectory.momentum_residual < 1e-12
     return trajectory
 
@@ -85,7 +85,7 @@ def test_two_steel_spheres(tmp_path: Path) -> None:
     mass = 2 * given["m_eff"]
     records = {name: rigid_records(mass, {"r": (ORIGIN, X), "l": (ORIGIN, BACK)}, axes=(0,)) for name in records}
     scene["body"]["a"]["velocity"] = [given["v0"], 0, 0]
-    found = run(tmp_path, records, scene, duration=3e-4, accuracy=1e-9)
+    found = run(tmp_path, records, scene, steps=400_000, duration=3e-4)
     start, end, impulse, force, when, closing, opening = found.impacts["ab"][0, :7]
     assert start == pytest.approx(1e-4 / given["v0"], rel=1e-14)
     assert force == pytest.approx(of(expected, "max_force"), rel=1e-9)
@@ -100,20 +100,19 @@ def test_sphere_against_a_steel_half_space(tmp_path: Path) -> None:
     given, expected = reference("hertz/C2_sphere_halfspace_steel")
     law = {"kind": "hertz", "radius": given["R_eff"], "modulus": given["E_star"]}
     records, scene = shot(law, given["m_eff"], given["v0"])
-    found = run(tmp_path, records, scene, duration=1.5 * of(expected, "contact_duration"))
+    found = run(tmp_path, records, scene, steps=100_000, duration=1.5 * of(expected, "contact_duration"))
     impact = found.impacts["w"][0]
-    # At the accuracy of 1e-8 that the scene leaves out.
     assert impact[3] == pytest.approx(of(expected, "max_force"), rel=1e-8)
     assert impact[1] == pytest.approx(of(expected, "contact_duration"), rel=1e-8)
 
 
 def test_error_follows_the_accuracy(tmp_path: Path) -> None:
-    """Force, duration and restitution are within what was asked, and finer costs more steps."""
+    """Force, duration and restitution are within what was asked, and finer costs more steps, as of order 2."""
     given, expected = reference("hertz/C1_sphere_sphere_steel")
     law = {"kind": "hertz", "stiffness": of(expected, "K")}
     records, scene = shot(law, given["m_eff"], given["v0"])
     errors, steps = [], []
-    for accuracy in (1e-6, 1e-8, 1e-10):
+    for accuracy in (1e-3, 1e-5, 1e-7):
         found = run(tmp_path / f"{accuracy:g}", records, scene, duration=3e-4, accuracy=accuracy)
         impact = found.impacts["w"][0]
         worst = [
@@ -123,12 +122,10 @@ def test_error_follows_the_accuracy(tmp_path: Path) -> None:
         errors.append(max(map(abs, worst)))
         steps.append(found.counts["steps"])
         assert errors[-1] < accuracy
-        assert found.energy_drift < accuracy
-        assert found.counts["newton_iterations"] < 4 * found.counts["steps"]
-    assert errors[0] > 30 * errors[1] > 900 * errors[2]
-    # The cubic's error is h⁴: hundredth of it takes 100^(1/4) = 3.2 times the steps, in powers of two.
-    assert 2 < steps[1] / steps[0] < 4.5
-    assert 2 < steps[2] / steps[1] < 4.5
+        assert found.energy_drift < 1e-12
+    for coarse, fine in ((0, 1), (1, 2)):
+        assert steps[fine] > 2 * steps[coarse]
+        assert errors[coarse] / errors[fine] == pytest.approx((steps[fine] / steps[coarse]) ** 2, rel=0.3)
 
 
 LOSSY = ("hunt-crossley", "lankarani-nikravesh", "flores", "hu-guo", "gonthier", "exact")
@@ -140,7 +137,7 @@ def test_laws_deliver_their_restitution(kind: str, restitution: float, tmp_path:
     """What leaves is what the law's loss gives by its first integral; with 'exact' what was asked."""
     law = {"kind": kind, "stiffness": 1e9, "restitution": restitution}
     records, scene = shot(law)
-    found = run(tmp_path, records, scene)
+    found = run(tmp_path, records, scene, steps=50_000)
     loss = TypeAdapter(Law).validate_python(law).coefficients().loss
     delivered = -float(found.velocities[-1, 0])
     assert delivered == pytest.approx(delivered_restitution(loss), rel=1e-6)
@@ -154,20 +151,20 @@ def test_any_exponent(tmp_path: Path) -> None:
     """Deepest indentation and force of F = K dⁿ."""
     for exponent in (1.1, 2.0, 3.0):
         records, scene = shot({"kind": "hertz", "stiffness": 1e9, "exponent": exponent})
-        found = run(tmp_path / str(exponent), records, scene, duration=0.02)
+        found = run(tmp_path / str(exponent), records, scene, steps=1_000_000, duration=0.02)
         deepest = (0.5 * (exponent + 1) / 1e9) ** (1 / (exponent + 1))
         assert found.impacts["w"][0, 3] == pytest.approx(1e9 * deepest**exponent, rel=1e-6)
         assert found.velocities[-1, 0] == pytest.approx(-1.0, rel=1e-7)
 
 
 @pytest.mark.parametrize("law", [HERTZ, HALF])
-@pytest.mark.parametrize(("samples", "frames"), [(10, 2), (37, 5), (2000, 100)])
+@pytest.mark.parametrize(("samples", "frames"), [(10, 2), (40, 5), (2000, 100)])
 def test_histories_do_not_touch_the_motion(samples: int, frames: int, law: dict[str, Any], tmp_path: Path) -> None:
     """Samples add up to the impulse; the motion does not know of them, nor of frames that a contact spans."""
     records, scene = row([1e-4, 3e-5], law)
     scene["run"]["duration"] = 1.5e-3
-    plain = run(tmp_path / "plain", records, scene)
-    found = run(tmp_path / "found", records, scene, samples=samples, frames=frames)
+    plain = run(tmp_path / "plain", records, scene, steps=4000)
+    found = run(tmp_path / "found", records, scene, steps=4000, samples=samples, frames=frames)
     interval = found.times[1] - found.times[0]
     for name in ("ab", "bc"):
         impulse = -found.contacts[name].force[:, 0].sum() * interval
@@ -180,8 +177,8 @@ def test_histories_do_not_touch_the_motion(samples: int, frames: int, law: dict[
 def test_frames_within_a_contact_lie_on_its_motion(tmp_path: Path) -> None:
     """A contact over forty frames: states between are those of a run that looks at other times."""
     records, scene = shot(HERTZ)
-    fine = run(tmp_path / "fine", records, scene, duration=7e-4, samples=1400, frames=40, accuracy=1e-10)
-    coarse = run(tmp_path / "coarse", records, scene, duration=7e-4, samples=40, frames=8, accuracy=1e-10)
+    fine = run(tmp_path / "fine", records, scene, steps=56_000, duration=7e-4, samples=1400, frames=40)
+    coarse = run(tmp_path / "coarse", records, scene, steps=56_000, duration=7e-4, samples=40, frames=8)
     np.testing.assert_allclose(fine.frames[4::5], coarse.frames, rtol=0, atol=1e-13)
     np.testing.assert_allclose(fine.velocities[4::5], coarse.velocities, rtol=0, atol=1e-11)
     depth = fine.motion["a"][:, 0]
@@ -193,7 +190,7 @@ def test_frames_within_a_contact_lie_on_its_motion(tmp_path: Path) -> None:
 def test_a_run_that_ends_in_contact(tmp_path: Path) -> None:
     """An impact that goes on has what it has given by then."""
     records, scene = shot(HERTZ)
-    found = run(tmp_path, records, scene, duration=3e-4)
+    found = run(tmp_path, records, scene, steps=30_000, duration=3e-4)
     start, end, impulse = found.impacts["w"][0, :3]
     assert (start, end) == (0.0, pytest.approx(3e-4, rel=1e-12))
     assert impulse == pytest.approx(1.0 - found.velocities[-1, 0], rel=1e-12)
@@ -209,7 +206,8 @@ def test_mass_between_two_walls(gap: float, tmp_path: Path) -> None:
         name: {"body": "a", "interface": face, "against": against, "method": "penalty", "law": HERTZ}
         for name, (face, against) in walls.items()
     }
-    found = run(tmp_path, records, {"body": {"a": {"velocity": X}}, "contact": contacts, "run": {"duration": 6e-3}})
+    scene = {"body": {"a": {"velocity": X}}, "contact": contacts, "run": {"duration": 6e-3}}
+    found = run(tmp_path, records, scene, steps=60_000)
     right, left = found.impacts["right"], found.impacts["left"]
     assert len(right) > 2
     assert 0 <= len(right) - len(left) <= 1
@@ -225,7 +223,7 @@ def test_mass_between_two_walls(gap: float, tmp_path: Path) -> None:
 def test_three_spheres_in_a_row(gaps: list[float], tmp_path: Path) -> None:
     """Both contacts are closed together; by a plain integration of the three equations of motion."""
     records, scene = row(gaps, HERTZ)
-    found = run(tmp_path, records, scene, accuracy=1e-9)
+    found = run(tmp_path, records, scene, steps=200_000)
 
     def rates(_: float, state: np.ndarray) -> np.ndarray:
         depth = np.array([state[0] - state[1], state[1] - state[2]]) - gaps
@@ -241,12 +239,12 @@ def test_three_spheres_in_a_row(gaps: list[float], tmp_path: Path) -> None:
     assert found.energy_drift < 1e-8
 
 
-@pytest.mark.parametrize("accuracy", [1e-5, 1e-6, 1e-8])
-def test_approach_speed_of_a_contact_that_closes_during_another(accuracy: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("steps", "accuracy"), [(2000, 1e-5), (8000, 1e-6), (80_000, 1e-8)])
+def test_approach_speed_of_a_contact_that_closes_during_another(steps: int, accuracy: float, tmp_path: Path) -> None:
     """v⁻ of a lossy law is found within the step, not where the step began."""
     records, scene = row([1e-4, 3e-5], HALF)
-    fine = run(tmp_path / "fine", records, scene, accuracy=1e-11)
-    found = run(tmp_path / "found", records, scene, accuracy=accuracy)
+    fine = run(tmp_path / "fine", records, scene, steps=800_000)
+    found = run(tmp_path / "found", records, scene, steps=steps)
     np.testing.assert_allclose(found.velocities[-1], fine.velocities[-1], rtol=0, atol=10 * accuracy)
     first, second = fine.impacts["bc"][0], found.impacts["bc"][0]
     assert second[0] == pytest.approx(first[0], rel=10 * accuracy)
@@ -261,7 +259,7 @@ def test_law_behind_the_residual(tmp_path: Path) -> None:
     stiffness = 1e12
     scene = rod_scene(2e-4, law=HERTZ | {"stiffness": stiffness})
     system = build_all(tmp_path / "system", {"part": rod_records(8)}, scene)
-    found = run(tmp_path, {"part": rod_records(8)}, scene, accuracy=1e-9)
+    found = run(tmp_path, {"part": rod_records(8)}, scene, steps=200_000)
     series = system.residual[0][0]
     force, gap = found.contacts["wall"].multipliers[:, 0], found.frames @ system.rows[0] + system.gap[0]
     np.testing.assert_allclose(-gap, series * force + (force / stiffness) ** (2 / 3), rtol=1e-6)
@@ -272,7 +270,7 @@ def test_law_behind_the_residual(tmp_path: Path) -> None:
 def test_soft_law_behind_the_residual_bounces_back(tmp_path: Path) -> None:
     """A law far softer than the rod is Hertz's impact of a rigid body."""
     scene = rod_scene(0.2, law={"kind": "hertz", "stiffness": 1e5})
-    found = run(tmp_path, {"part": rod_records(3)}, scene)
+    found = run(tmp_path, {"part": rod_records(3)}, scene, steps=200_000)
     deepest = (0.5 * 2.5 * 2.0 / 1e5) ** 0.4
     assert found.impacts["wall"][0, 3] == pytest.approx(1e5 * deepest**1.5, rel=1e-3)
     assert found.impacts["wall"][0, 2] == pytest.approx(4.0, rel=1e-3)
@@ -280,16 +278,11 @@ def test_soft_law_behind_the_residual_bounces_back(tmp_path: Path) -> None:
 
 def test_points_of_an_elastic_block(tmp_path: Path) -> None:
     """Several points under one law: one impact, whose impulse is that of their resultant."""
-    found = run(tmp_path, {"part": block_records(3)}, block_scene(method="penalty", law=HERTZ), accuracy=1e-9)
+    found = run(tmp_path, {"part": block_records(3)}, block_scene(method="penalty", law=HERTZ), steps=20_000)
     assert len(found.impacts["wall"]) == 1
     assert found.energy_drift < 1e-8
     impulse = found.contacts["wall"].force[:, 0].sum() * (found.times[1] - found.times[0])
     assert -impulse == pytest.approx(found.impacts["wall"][:, 2].sum(), rel=1e-12)
-
-
-def test_points_that_couple_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"^run\.integrator: .*points that are not coupled through R"):
-        simulate(build_all(tmp_path, {"part": block_records(3)}, block_scene(law=HERTZ)))
 
 
 def dropped(law: dict[str, Any], height: float, duration: float, speed: float = 0.0) -> tuple[Records, dict]:  # type: ignore[type-arg]
@@ -304,7 +297,7 @@ def dropped(law: dict[str, Any], height: float, duration: float, speed: float = 
 
 def test_bouncing_ball_on_a_law(tmp_path: Path) -> None:
     """Without loss it comes back each time; the flight takes what a free flight takes."""
-    found = run(tmp_path, *dropped(HERTZ, 0.05, 2.0))
+    found = run(tmp_path, *dropped(HERTZ, 0.05, 2.0), steps=400_000)
     impacts = found.impacts["f"]
     assert len(impacts) > 8
     np.testing.assert_allclose(impacts[:, 5], 1.0, rtol=1e-7)
@@ -316,7 +309,7 @@ def test_bouncing_ball_on_a_law(tmp_path: Path) -> None:
 
 def test_lossy_ball_comes_to_rest_on_its_indentation(tmp_path: Path) -> None:
     """Impacts get lower; in the end it lies at K d^1.5 = m g and nothing stops the run."""
-    found = run(tmp_path, *dropped(HALF, 0.01, 1.0))
+    found = run(tmp_path, *dropped(HALF, 0.01, 1.0), steps=20_000)
     impacts = found.impacts["f"]
     falling, lasting = impacts[:4, 5], impacts[:3, 1] - impacts[:3, 0]
     # The law's restitution is that of a free impact; weight acts as long as this one lasts.
@@ -339,7 +332,7 @@ def test_grazing_a_floor(depth: float, tmp_path: Path) -> None:
         "body": {"a": {"velocity": X}}, "contact": {"w": contact}, "force": {"s": spring},
         "run": {"duration": 0.4},
     }  # fmt: skip
-    found = run(tmp_path, {"a": rigid_records(1.0, {"p": (ORIGIN, X)}, axes=(0,))}, scene)
+    found = run(tmp_path, {"a": rigid_records(1.0, {"p": (ORIGIN, X)}, axes=(0,))}, scene, steps=40_000)
     assert len(found.impacts["w"]) >= 1
     start, closing = found.impacts["w"][0, [0, 5]]
     assert start == pytest.approx(0.1 * np.arcsin(1 - depth), rel=1e-9)
@@ -353,7 +346,7 @@ def test_spring_behind_a_mass(stretch: float, tmp_path: Path) -> None:
     """Springs pull in flight and in contact; their energy and impulse are booked in both."""
     records, scene = shot(HERTZ, gap=0.01)
     scene["force"] = {"s": {"kind": "spring", "body": "a", "direction": X, "stiffness": 100.0, "stretch": stretch}}
-    found = run(tmp_path, records, scene, duration=1.0)
+    found = run(tmp_path, records, scene, steps=200_000, duration=1.0)
     impacts = found.impacts["w"]
     assert len(impacts) > 2
     speed = np.sqrt(1 + 100 * (stretch**2 - (0.01 + stretch) ** 2))
@@ -365,92 +358,35 @@ def test_spring_behind_a_mass(stretch: float, tmp_path: Path) -> None:
 def test_what_a_dashpot_holds_back_is_given_away_when_it_recovers(tmp_path: Path) -> None:
     """The force of a spring with a dashpot ends at an indentation; the balance once missed what it recovers from."""
     law = {"kind": "linear", "stiffness": 1e8, "damping": 4000.0}
-    found = run(tmp_path, *shot(law, mass=2.0, speed=0.5), integrator="collocation")
+    found = run(tmp_path, *shot(law, mass=2.0, speed=0.5), steps=20_000, integrator="implicit")
     assert found.energies[-1, 2] == 0.0
     assert found.energy_drift < 1e-9
     assert found.energies[-1, 3] == pytest.approx(0.25 - found.energies[-1, :3].sum(), rel=1e-9)
 
 
-def test_a_step_that_is_too_large_is_left_to_the_accuracy(tmp_path: Path) -> None:
-    own = run(tmp_path / "own", *shot(HERTZ))
-    large = run(tmp_path / "large", *shot(HERTZ), step=1e-3)
-    assert large.counts["substeps"] > 1
-    assert large.counts["steps"] == own.counts["steps"]
-    assert large.quantities["w.impulse"] == own.quantities["w.impulse"]
-
-
-def test_round_off_of_the_gap_shortens_no_step(tmp_path: Path) -> None:
-    """Forces of 1e15 N/m follow from a gap that is known to 2e-18 m: an accuracy below is as good as round-off."""
+def test_round_off_of_the_gap_costs_no_accuracy(tmp_path: Path) -> None:
+    """Forces of 1e15 N/m follow from a gap that is known to 2e-18 m."""
     records, scene = shot({"kind": "linear", "stiffness": 1e15}, mass=1e-3, gap=0.01)
-    fine = {"duration": 0.02, "samples": 200, "frames": 20, "accuracy": 1e-11, "integrator": "collocation"}
-    found = simulate(build_all(tmp_path, records, scene | {"run": fine}))
-    assert found.result == "FINISHED"
-    assert found.counts["steps"] < 1000
+    scene["run"]["duration"] = 0.0101
+    found = run(tmp_path, records, scene, steps=2_000_000, integrator="implicit")
     assert found.energy_drift < 1e-7
     assert found.velocities[-1, 0] == pytest.approx(-(1e-3**0.5), rel=1e-7)
 
 
 def test_given_step_is_taken(tmp_path: Path) -> None:
-    """A step that the scene states is not refined."""
-    records, scene = shot(HERTZ)
+    """A step that the scene states is not refined; its error is of order 2."""
+    records, scene = shot(HALF)
     errors = []
-    for step in (8e-5, 8e-6):
-        found = run(tmp_path / str(step), records, scene, duration=1.2e-3, step=step)
-        lasting = found.impacts["w"][0, 1]
-        assert found.counts["steps"] == pytest.approx(lasting / step, abs=2)
-        assert found.counts["steps_rejected"] == 0
-        errors.append(abs(found.velocities[-1, 0] + 1))
-    assert errors[1] < errors[0] / 50
-
-
-@pytest.mark.parametrize("omega", [0.0, 1e-3, 1.0, 5.0, 400.0])
-def test_responses_are_their_quadrature(omega: float) -> None:
-    """y(τ) = ∫ s^m sin(ω (τ − s))/ω ds, on both sides of where the series takes over."""
-    times = np.array([0.0499, 0.0999, 0.1001, 0.5, 1.3])
-    y, v = responses(np.array([omega]), 3, times)
-    nodes, weights = np.polynomial.legendre.leggauss(600)
-    for number, time in enumerate(times):
-        s = 0.5 * time * (1 + nodes)
-        late = time - s
-        kernel = np.sin(omega * late) / omega if omega else late
-        for m in range(4):
-            size = time ** (m + 1)
-            place = 0.5 * time * float(weights @ (s**m * kernel))
-            rate = 0.5 * time * float(weights @ (s**m * np.cos(omega * late)))
-            assert y[m, number, 0] == pytest.approx(place, rel=1e-11, abs=1e-14 * size)
-            assert v[m, number, 0] == pytest.approx(rate, rel=1e-11, abs=1e-14 * size)
-
-
-def test_small_responses_lose_no_digits() -> None:
-    """At ωτ → 0 they are τ^(m+2)/((m+1)(m+2)), to all digits."""
-    y, v = responses(np.array([1e-6, 0.0]), 3, np.array([1e-3]))
-    for m in range(4):
-        np.testing.assert_allclose(y[m, 0], 1e-3 ** (m + 2) / ((m + 1) * (m + 2)), rtol=1e-15)
-        np.testing.assert_allclose(v[m, 0], 1e-3 ** (m + 1) / (m + 1), rtol=1e-15)
-
-
-def test_free_motion_turns_and_drifts() -> None:
-    there, moved, turned, back = free(np.array([0.0, 3.0]), np.array([0.4]))[:, 0]
-    np.testing.assert_allclose(there, [1, np.cos(1.2)], rtol=1e-15)
-    np.testing.assert_allclose(moved, [0.4, np.sin(1.2) / 3], rtol=1e-15)
-    np.testing.assert_allclose(turned, [0, -3 * np.sin(1.2)], rtol=1e-15)
-    np.testing.assert_array_equal(back, there)
-
-
-def test_highest_value_of_a_cubic() -> None:
-    places, rng = np.linspace(0.0, 1.0, 2001), np.random.default_rng(1)
-    for _ in range(500):
-        cubic = rng.normal(size=4) * 10.0 ** rng.integers(-6, 6, 4) * rng.integers(0, 2, 4)
-        value, place = _highest(cubic)
-        size, seen = np.abs(cubic).sum(), np.polyval(cubic[::-1], places).max()
-        assert seen - 1e-12 * size <= value <= seen + 1e-5 * size
-        assert np.polyval(cubic[::-1], place) == pytest.approx(value, abs=1e-12 * size)
+    for step in (6e-6, 6e-7):
+        found = run(tmp_path / str(step), records, scene, duration=1.2e-3, step=step, checks=False)
+        assert found.counts["steps"] == round(1.2e-3 / step)
+        errors.append(abs(found.velocities[-1, 0] + 0.5))
+    assert errors[1] < errors[0] / 90
 
 
 @pytest.mark.parametrize("restitution", [0.01, 0.1])
-@pytest.mark.parametrize("accuracy", [1e-6, 1e-7, 1e-8, 1e-9])
-def test_what_recovers_without_force_is_balanced(restitution: float, accuracy: float, tmp_path: Path) -> None:
-    """Behind much damping a surface gives its energy back with hardly a force; their accuracy holds for it, too."""
+@pytest.mark.parametrize("steps", [500, 5000, 50_000])
+def test_what_recovers_without_force_is_balanced(restitution: float, steps: int, tmp_path: Path) -> None:
+    """Behind much damping a surface gives its energy back with hardly a force: the balance holds at any step."""
     law = {"kind": "exact", "stiffness": 1e9, "restitution": restitution}
-    found = run(tmp_path, *shot(law), duration=0.05, accuracy=accuracy)
-    assert found.energy_drift < 10 * accuracy
+    assert run(tmp_path, *shot(law), steps=steps, duration=0.05).energy_drift < 1e-12
