@@ -2,13 +2,14 @@
 
 import hashlib
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from gudgeon.modaldb.keys import canonical_json, content_key, differences, file_digest
+from gudgeon.modaldb.keys import canonical_json, content_key, differences, file_digest, open_file
 
 
 def test_order_of_writing_does_not_matter() -> None:
@@ -86,3 +87,14 @@ def test_long_values_are_shortened() -> None:
     assert len(line) < 100
     assert line.startswith('key: "aaaa')
     assert line.endswith('bbbb"')
+
+
+def test_pipes_and_devices_have_no_digest(tmp_path: Path) -> None:
+    """They may have no end: a pipe without a writer looks like an empty file, and a device gives zeros for ever."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    for name in ("pipe", "zero"):
+        with pytest.raises(OSError, match=f"not a file: '{tmp_path / name}'"):
+            open_file(tmp_path / name)
+    with pytest.raises(OSError, match="not a file"):
+        file_digest(tmp_path / "pipe")
