@@ -234,6 +234,8 @@ def test_the_nodes_of_a_surface(client: Client, store: FolderStore) -> None:
     line_of(client.get(f"{RECORD}/field/shapes?surface=a/b"), 404, "RecordMissing")
     line_of(client.get(f"{RECORD}/field/shapes?surface=skirt&rows=1"), 422, "QueryWrong")
     line_of(client.get(f"{RECORD}/field/mass?surface=skirt"), 404, "RecordMissing")
+    line = line_of(client.get(f"{RECORD}/field/angular_frequencies?surface=skirt"), 422, "QueryWrong")
+    assert line == "surface: angular_frequencies has 3 rows, which are not the nodes of a mesh"
 
 
 @pytest.mark.parametrize(
