@@ -24,14 +24,16 @@ pytest.importorskip("fastapi", reason="the extra 'service' is not installed")
 from gudgeon import modaldb
 from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.format.hdf5 import record_bytes
-from gudgeon.modaldb.keys import content_key
+from gudgeon.modaldb.keys import content_key, text_key
 from gudgeon.modaldb.records import KINDS
 from gudgeon.modaldb.stores.folder import FolderStore, open_folder
+from gudgeon.modaldb.stores.index import UNKNOWN
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.service import access, arrays, files
 from gudgeon.pipeline.service.access import EVERY, RIGHTS, Access, Token
 from gudgeon.pipeline.service.run import bound, check_host, named_stores
 from tests.modaldb.samples import INPUTS, SAMPLES, mesh, modes, ramp
+from tests.modaldb.test_keys import NOT_INPUTS
 from tests.pipeline.service.serving import TOKEN, served
 
 KEY = content_key(INPUTS)
@@ -425,6 +427,21 @@ def test_what_is_no_record_of_the_key_is_not_kept(harm: str, client: Client, sto
     assert given[0] == 409
     assert json.loads(given[2])["error"] in ("RecordDamaged", "RecordMismatch")
     assert files_of(store) == []
+
+
+def test_inputs_that_no_answer_can_repeat(client: Client, store: FolderStore) -> None:
+    """One record would keep the list of all from everybody, or two keys would be of the same inputs."""
+    for text in NOT_INPUTS:
+        body = b"".join(record_bytes("mesh", mesh(), text))
+        line_of(client.ask("PUT", f"/default/records/{text_key(text)}", body), 409, "RecordMismatch")
+        path = store.path(text_key(text))  # As a copy by hand would be.
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(body)
+        for route in ("", "/info", "/blocks", "/spectrum", "/field/nodes"):
+            line_of(client.get(f"/default/records/{text_key(text)}{route}"), 409, "RecordMismatch")
+    rows = client.json("/default/records?inputs=true")
+    assert {row["kind"] for row in rows} == {UNKNOWN}
+    assert len(rows) == len(NOT_INPUTS) == len(client.json("/default/keys"))
 
 
 @pytest.mark.parametrize(
