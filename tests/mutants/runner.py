@@ -21,7 +21,7 @@ LIBRARIES = ("numpy", "scipy.linalg", "scipy.sparse.linalg", "scipy.optimize", "
              "pytest", "skfem", "meshio", "fastapi", "uvicorn", "urllib3", "gmsh")  # fmt: skip
 """Imported once, by the parent of all children."""
 CORE = "gudgeon.solver.core._checked"
-PATIENCE, LEAST = 5.0, 60
+PATIENCE, LEAST = 5.0, 20
 """CPU time that a fault may take over that of the sound tests, and the least limit [s]: some faults end in no time."""
 WALL = 900.0
 """Wall time of a run [s], for faults that wait."""
