@@ -17,6 +17,8 @@ from typing import Any
 
 KEY = re.compile(r"[0-9a-f]{64}")
 """What a key looks like."""
+DEEPEST = 100
+"""Levels of tables and lists in a JSON text of a record."""
 
 
 def canonical_json(inputs: Mapping[str, Any]) -> str:
@@ -37,6 +39,36 @@ def content_key(inputs: Mapping[str, Any]) -> str:
 def text_key(text: str) -> str:
     """Return the key of a product whose inputs have this canonical JSON text."""
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read_table(text: str) -> dict[str, Any]:
+    """Return the table of a JSON text.
+
+    Raises:
+        ValueError: it is no table, has half of a letter, or more than `DEEPEST` levels, which others cannot repeat.
+    """
+    try:
+        table = json.loads(text)
+        json.dumps(table, ensure_ascii=False).encode()
+    except (TypeError, RecursionError) as error:
+        raise ValueError(str(error)) from None
+    if not isinstance(table, dict) or _is_deeper(table, DEEPEST):
+        raise ValueError(f"no table of at most {DEEPEST} levels")
+    return table
+
+
+def read_inputs(text: str) -> dict[str, Any]:
+    """Return the inputs of a canonical JSON text; raise ValueError where it is none."""
+    inputs = read_table(text)
+    if canonical_json(inputs) != text:
+        raise ValueError("not the canonical JSON of its inputs")
+    return inputs
+
+
+def _is_deeper(value: Any, levels: int) -> bool:
+    """Return whether tables and lists are within each other more often than that."""
+    members = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
+    return members is not None and (levels == 0 or any(_is_deeper(member, levels - 1) for member in members))
 
 
 def file_digest(path: Path) -> str:

@@ -6,10 +6,9 @@ HDF5's library writes records, in memory; they are read by `structure`, which a 
 """
 
 import hashlib
-import json
 import typing
 import uuid
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -33,7 +32,7 @@ from gudgeon.modaldb.format.schema import (
 from gudgeon.modaldb.format.seal import user_block
 from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.format.structure import Dataset, Group, read_structure
-from gudgeon.modaldb.keys import canonical_json
+from gudgeon.modaldb.keys import canonical_json, read_inputs, read_table
 from gudgeon.modaldb.records import KINDS, SCHEMA_VERSION
 from gudgeon.modaldb.records.types import ARRAY
 
@@ -120,7 +119,8 @@ def read_head(
         if version != SCHEMA_VERSION:
             raise Malformed(f"schema version {version}, this release reads {SCHEMA_VERSION}")
         text = root.attributes.get("provenance")
-        inputs = known_inputs[1] if known_inputs is not None and known_inputs[0] == text else _json(text, "provenance")
+        known = known_inputs is not None and known_inputs[0] == text
+        inputs = known_inputs[1] if known_inputs is not None and known else _table(read_inputs, text, "provenance")
         return Head(record_kind, root, checked_outline(root, KINDS[record_kind], BESIDE), inputs)
 
 
@@ -204,7 +204,7 @@ class _Reader:
             return {name: self._field(item, member, f"{path}/{name}", rule) for name, item in requested.items()}
         if isinstance(value, Group):
             return self.group(value, base, f"{path}/") if base is hint or self._wants(path) else None
-        return _json(value, path) if typing.get_origin(base) is dict else base(value)
+        return _table(read_table, value, path) if typing.get_origin(base) is dict else base(value)
 
     def _array(self, dataset: Dataset, path: str, rule: Any) -> np.ndarray:
         array = read_array(self._source, dataset, path)
@@ -232,11 +232,8 @@ def _sealed(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def _json(text: Any, path: str) -> dict[str, Any]:
+def _table(read: Callable[[str], dict[str, Any]], text: Any, path: str) -> dict[str, Any]:
     try:
-        document = json.loads(text)
-    except (TypeError, ValueError, RecursionError):
-        document = None
-    if not isinstance(document, dict):
-        raise Malformed(f"{path}: no JSON object")
-    return document
+        return read(text)
+    except ValueError as error:
+        raise Malformed(f"{path}: no JSON object ({error})") from None

@@ -22,7 +22,7 @@ from gudgeon.modaldb.errors import RecordDamaged, RecordMismatch, RecordMissing,
 from gudgeon.modaldb.format import hdf5
 from gudgeon.modaldb.format.blocks import Malformed
 from gudgeon.modaldb.format.source import BytesSource, parts_of
-from gudgeon.modaldb.keys import KEY, content_key
+from gudgeon.modaldb.keys import KEY, content_key, read_inputs, text_key
 from gudgeon.modaldb.stores import domains
 from gudgeon.modaldb.stores.base import SHOWN, Leftover, Store, check_inputs, check_key, check_tag, missing
 from gudgeon.modaldb.stores.cache import AT_A_TIME, Cache, CachedSource
@@ -225,9 +225,9 @@ class HsdsStore(Store):
         with self._domain(f"{key}{ENDING}") as domain:
             try:
                 kind = str(domain.attrs["encoding-type"]).removeprefix("gudgeon-")
-                inputs = json.loads(domain.attrs["provenance"])
-                sound = kind in KINDS and isinstance(inputs, dict) and content_key(inputs) == key
-            except (AttributeError, KeyError, ValueError, TypeError, RecursionError):
+                inputs = read_inputs(text := str(domain.attrs["provenance"]))
+                sound = kind in KINDS and text_key(text) == key
+            except (AttributeError, KeyError, ValueError, TypeError):
                 return UNKNOWN, {}
         return (kind, inputs) if sound else (UNKNOWN, {})
 

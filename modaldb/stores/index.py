@@ -20,7 +20,7 @@ from typing import Any, Protocol
 from gudgeon.modaldb.format.blocks import Malformed
 from gudgeon.modaldb.format.source import FileSource
 from gudgeon.modaldb.format.structure import read_attributes
-from gudgeon.modaldb.keys import KEY, canonical_json, content_key
+from gudgeon.modaldb.keys import KEY, canonical_json, read_inputs, text_key
 from gudgeon.modaldb.stores.local import names, scratch
 from gudgeon.modaldb.stores.query import RELATIONS, Condition, Entry, Query
 
@@ -212,9 +212,9 @@ class FolderCatalogue:
         try:
             attributes = read_attributes(FileSource(descriptor))
             kind = str(attributes.get("encoding-type")).removeprefix("gudgeon-")
-            inputs = json.loads(str(attributes.get("provenance")))
-            sound = kind in KINDS and isinstance(inputs, dict) and content_key(inputs) == key
-        except (Malformed, OSError, ValueError, RecursionError):
+            inputs = read_inputs(text := str(attributes.get("provenance")))
+            sound = kind in KINDS and text_key(text) == key
+        except (Malformed, OSError, ValueError):
             return UNKNOWN, {}
         finally:
             os.close(descriptor)

@@ -104,7 +104,7 @@ def core_finding(probe: str = CORE_PROBE) -> Finding:
     failure = _failure(probe)
     if not failure:
         return Finding("native core", "ok", "compiled, and loads")
-    if re.search(r"No module named '[\w.]*core\._\w+'", failure):
+    if re.search(r"native core: _\w+ is not compiled", failure):
         return Finding("native core", "missing", "it is not compiled", "make core")
     return Finding("native core", "broken", failure, "make core")
 

@@ -1,6 +1,7 @@
 """Parts of the arrays of a record: chosen rows and columns, read without the rest."""
 
 import io
+import math
 import re
 from collections.abc import Sequence
 from typing import Any
@@ -127,8 +128,17 @@ def json_part(array: np.ndarray) -> dict[str, Any]:
     flat = array.reshape(-1)
     values = flat.tolist()
     if array.dtype.kind == "f" and not np.isfinite(flat).all():
-        values = [value if np.isfinite(value) else None for value in values]
+        values = finite(values)
     return {"shape": list(array.shape), "dtype": str(array.dtype), "values": values}
+
+
+def finite(value: Any) -> Any:
+    """Return tables, lists and numbers of a record with null for not-a-number and infinities, which JSON has not."""
+    if isinstance(value, dict):
+        return {name: finite(member) for name, member in value.items()}
+    if isinstance(value, list):
+        return [finite(member) for member in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def columns_of(text: str | None, shape: Sequence[int]) -> np.ndarray | None:

@@ -141,4 +141,4 @@ def get_report(key: Key, context: Linked) -> JSONResponse:
         for r in runs
     ]  # fmt: skip
     body = {"scene": document.get("scene"), "rows": rows, "choice": choice.get("run"), "why": choice.get("why", "")}
-    return JSONResponse(body, headers=headers_of(key))
+    return JSONResponse(arrays.finite(body), headers=headers_of(key))

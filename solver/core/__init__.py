@@ -15,6 +15,8 @@ from gudgeon.solver.errors import SolverError
 LEVELS = ("v3", "baseline", "checked", "sanitized")
 NEEDED = frozenset({"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"})
 """Flags of a processor that has x86-64-v3."""
+REMEDY = "; run 'make core' in the checkout, or install gudgeon again; 'gudgeon doctor' checks the rest"
+"""What is to be done where the module of a level cannot be loaded."""
 
 
 def best_level(processors: Path = Path("/proc/cpuinfo")) -> str:
@@ -30,7 +32,14 @@ def _module() -> tuple[str, Any]:
     level = os.environ.get("GUDGEON_CORE") or best_level()
     if level not in LEVELS:
         raise SolverError(f"GUDGEON_CORE: {level!r} is not one of {', '.join(LEVELS)}")
-    return level, importlib.import_module(f"{__name__}._{level}")
+    try:
+        return level, importlib.import_module(f"{__name__}._{level}")
+    except ModuleNotFoundError as error:
+        if error.name != f"{__name__}._{level}":
+            raise
+        raise SolverError(f"native core: _{level} is not compiled{REMEDY}") from None
+    except ImportError as error:
+        raise SolverError(f"native core: _{level} does not load: {error}{REMEDY}") from error
 
 
 level, module = _module()

@@ -1,5 +1,6 @@
 """Every law: it never pulls, its derivatives are those of its force, it stores what it says and makes no energy."""
 
+from decimal import Decimal, localcontext
 from typing import get_args
 
 import numpy as np
@@ -159,6 +160,32 @@ def test_energy_is_the_integral_of_the_force(name: str) -> None:
         assert core.law_energy(row, depth) == pytest.approx(share * depth * end, rel=1e-10, abs=0)
         stored = row[0] * depth ** (row[1] + 1) / (row[1] + 1)
         assert core.law_energy(row, depth) == pytest.approx(stored, rel=1e-13, abs=0)
+
+
+def exact_mean(row: np.ndarray, before: float, after: float) -> float:
+    """Return (V(d1) - V(d0)) / (d1 - d0) [N] of V = K d^(n+1) / (n+1), with 60 digits."""
+    with localcontext() as context:
+        context.prec = 60
+        d0, d1, power = Decimal(before), Decimal(after), Decimal(row[1]) + 1
+        V0, V1 = (max(d, Decimal(0)) ** power for d in (d0, d1))
+        return float(Decimal(row[0]) / power * (V1 - V0) / (d1 - d0))
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_mean_force_of_a_step_is_the_change_of_energy_over_the_change_of_depth(name: str) -> None:
+    """Of steps into the material and out of it, of steps that begin or end outside, and of any length."""
+    rng = np.random.default_rng(6)
+    for law in drawn(name):
+        row = np.array(law.coefficients())
+        for relative_width in (-2.0, -1.0, -0.3, -1e-3, -1e-4, -1e-8, 1e-12, 1e-6, 0.9e-3, 1.1e-3, 0.1, 5.0):
+            before = 10 ** rng.uniform(-9, -2)
+            after = before * (1 + relative_width)
+            # Of V1 - V0: eps over the relative width, which is 1e-3 or more there; of shorter ones a Gauss sum.
+            expected = pytest.approx(exact_mean(row, before, after), rel=1e-12, abs=0)
+            assert core.quotient(row, before, after) == expected, relative_width
+            assert core.quotient(row, after, before) == expected, relative_width
+        assert core.quotient(row, -1e-6, -2e-6) == 0.0
+        assert core.quotient(row, 1e-3, 1e-3) == pytest.approx(core.law_force(row, 1e-3, 0.0, 1.0)[0], rel=1e-14)
 
 
 @pytest.mark.parametrize("name", MEMBERS)

@@ -1,14 +1,16 @@
 """Keys are canonical, and two inputs are told apart by path."""
 
 import hashlib
+import json
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from gudgeon.modaldb.keys import canonical_json, content_key, differences, file_digest
+from gudgeon.modaldb.keys import canonical_json, content_key, differences, file_digest, open_file, read_inputs
 
 
 def test_order_of_writing_does_not_matter() -> None:
@@ -86,3 +88,32 @@ def test_long_values_are_shortened() -> None:
     assert len(line) < 100
     assert line.startswith('key: "aaaa')
     assert line.endswith('bbbb"')
+
+
+def test_pipes_and_devices_have_no_digest(tmp_path: Path) -> None:
+    """They may have no end: a pipe without a writer looks like an empty file, and a device gives zeros for ever."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    for name in ("pipe", "zero"):
+        with pytest.raises(OSError, match=f"not a file: '{tmp_path / name}'"):
+            open_file(tmp_path / name)
+    with pytest.raises(OSError, match="not a file"):
+        file_digest(tmp_path / "pipe")
+
+
+HALF = '{"a":"\\ud800"}'
+DEEP = '{"a":' + "[" * 100 + "]" * 100 + "}"
+NOT_INPUTS = ['{"a":1e400}', '{"a":NaN}', '{"a":-Infinity}', '{"a": 1}', '{"b":1,"a":1}', '{"a":1,"a":2}',
+              '{"a":1.0e1}', "[1]", "null", "", "{", "[" * 100_000, HALF, DEEP, '{"a":' + "9" * 5000 + "}"]  # fmt: skip
+"""Texts of which none is the canonical JSON of inputs: others cannot write them as JSON, or their key is another."""
+
+
+@pytest.mark.parametrize("text", NOT_INPUTS, ids=range(len(NOT_INPUTS)))
+def test_texts_that_are_no_inputs(text: str) -> None:
+    with pytest.raises(ValueError, match=r"\w"):
+        read_inputs(text)
+
+
+def test_inputs_are_read_as_they_were_written() -> None:
+    for inputs in ({}, {"a": [1, 2.5, None, True, "ω\x00"]}, {"a": json.loads(DEEP.replace("[]", ""))["a"]}):
+        assert read_inputs(canonical_json(inputs)) == inputs

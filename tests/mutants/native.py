@@ -7,7 +7,7 @@ LCP = ["tests/solver/contact/test_lcp.py", "tests/solver/contact/test_compliance
 LOG = ["tests/solver/integrators/test_impact_log.py"]
 IMPACTS = ["tests/solver/integrators/general/test_impacts.py"]
 SPLINES = ["tests/solver/integrators/mechanism/test_surfaces.py"]
-PRESSED = ["tests/solver/integrators/mechanism/test_pressed.py", "tests/solver/integrators/mechanism/test_surfaces.py"]
+PRESSED = ["tests/solver/integrators/mechanism/test_ground.py", "tests/solver/integrators/mechanism/test_surfaces.py"]
 
 NATIVE: list[Fault] = [
     *faults(

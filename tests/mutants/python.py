@@ -1,5 +1,7 @@
 """Faults of the Python sources."""
 
+from collections.abc import Sequence
+
 from tests.mutants.fault import Fault, faults
 
 MORPH = ["tests/pipeline/design_change/test_morph.py"]
@@ -10,7 +12,14 @@ ACCURACY = ["tests/solver/test_accuracy.py"]
 LINKS = ["tests/pipeline/service/test_links.py"]
 SERVICE = ["tests/pipeline/service/test_service.py"]
 STORE = ["tests/modaldb/test_store.py", "tests/modaldb/test_places.py"]
+OF_INPUTS = "tests/contracts/test_stores.py::test_a_key_that_is_not_that_of_the_inputs_is_refused"
 ANSWERS = ["tests/modaldb/test_answers.py", "tests/modaldb/test_remote.py"]
+
+
+def named(tests: Sequence[str], *names: str) -> list[str]:
+    """Return some tests of a file, by what follows `test_` in their names, and then all tests."""
+    return [*(f"{tests[0]}::test_{name}" for name in names), *tests]
+
 
 PYTHON: list[Fault] = [
     *faults(
@@ -160,7 +169,7 @@ PYTHON: list[Fault] = [
         ("for name in sorted({*old, *new}):", "for name in sorted(old):"),
     ),
     *faults(
-        "store", "modaldb/stores/folder.py", [*STORE, "tests/modaldb/test_scratch.py"],
+        "store", "modaldb/stores/folder.py", [*STORE, "tests/modaldb/test_scratch.py", OF_INPUTS],
         ("if text_key(text) != key:", "if False:"),
         ("if (fault := self.fault(key)) is None:", "if (fault := self.fault(key)) is not None:"),
         ("if not isinstance(fault, RecordMissing):\n                    logger",
@@ -223,7 +232,8 @@ PYTHON: list[Fault] = [
         ("if not 0.0 < record.mass < math.inf:", "if not 0.0 <= abs(record.mass):"),
     ),
     *faults(
-        "service", "pipeline/service/access.py", [*LINKS, *SERVICE],
+        "service", "pipeline/service/access.py",
+        [*named(SERVICE, "rights_hold_for_one_database_and_one_thing")[:1], *LINKS, *SERVICE],
         ("or int(expires) < time.time():", "or False:"),
         ("f\"{path}?{expires}\".encode()", "f\"{path}\".encode()"),
         ("if token.may(right, database):", "if True:"),
@@ -234,14 +244,18 @@ PYTHON: list[Fault] = [
         ("self.databases or EVERY in self.databases", "self.databases"),
     ),
     *faults(
-        "service", "pipeline/service/context.py", [*LINKS, *SERVICE],
+        "service", "pipeline/service/context.py",
+        [*LINKS, *named(SERVICE, "parameters_that_a_route_does_not_have")],
         ("if linked and \"signature\" in query:", "if right == \"read\" and \"signature\" in query:"),
         ("for end in {\"\", f\"/{route}\"}", "for end in {\"\"}"),
         ("f\"{database}/{key}{end}\"", "f\"{database}{end}\""),
         ("if unknown is not None:", "if False:"),
     ),
     *faults(
-        "service", "pipeline/service/files.py", SERVICE,
+        "service", "pipeline/service/files.py",
+        named(SERVICE, "ranges", "ranges_that_are_ignored", "a_range_beyond_the_end",
+              "a_range_of_another_version_is_the_whole", "a_record_that_is_too_large",
+              "a_body_of_another_size_than_announced", "a_file_that_is_cut_while_it_is_sent"),
         ("if size > service.largest:", "if False:"),
         ("if done > size:", "if False:"),
         ("if done != size:", "if False:"),
@@ -250,18 +264,19 @@ PYTHON: list[Fault] = [
         ("if sent.get(\"if-range\", tag) == tag else None", ""),
         ("if start >= end:", "if start > end:"),
         ("if stop and int(stop) < int(start):", "if False:"),
-        ("if not data:\n                return", "if False:\n                return",
-         "only a file that is cut while it is sent ends there"),
+        ("if not data:\n                return", "if False:\n                return"),
     ),
     *faults(
-        "service", "pipeline/service/arrays.py", SERVICE,
+        "service", "pipeline/service/arrays.py",
+        named(SERVICE, "answers_that_would_be_too_large", "choices_that_an_array_does_not_have"),
         ("if int(index) >= count:", "if int(index) > count:"),
         ("if not stride or int(end or count) > count:", "if not stride:"),
         ("if total > MOST_ITEMS:", "if False:"),
         ("if count * width > MOST_BYTES:", "if False:"),
     ),
     *faults(
-        "service", "pipeline/service/records.py", [*LINKS, *SERVICE],
+        "service", "pipeline/service/records.py",
+        [*LINKS, *named(SERVICE, "spectrum", "the_nodes_of_a_surface")],
         ("if context.who == LINK:", "if False:"),
         ("if len(chosen_rows) and chosen_rows[-1] >= count:", "if False:"),
         ("modes.angular_frequencies / (2 * np.pi)", "modes.angular_frequencies / np.pi"),

@@ -4,6 +4,7 @@ import contextlib
 import importlib
 import importlib.util
 import os
+import re
 import resource
 import signal
 import sys
@@ -20,11 +21,28 @@ LIBRARIES = ("numpy", "scipy.linalg", "scipy.sparse.linalg", "scipy.optimize", "
              "pytest", "skfem", "meshio", "fastapi", "uvicorn", "urllib3", "gmsh")  # fmt: skip
 """Imported once, by the parent of all children."""
 CORE = "gudgeon.solver.core._checked"
-PATIENCE, LEAST = 5.0, 60
+PATIENCE, LEAST = 5.0, 20
 """CPU time that a fault may take over that of the sound tests, and the least limit [s]: some faults end in no time."""
 WALL = 900.0
 """Wall time of a run [s], for faults that wait."""
 SURVIVED, KILLED, BROKEN = "survived", "killed", "broken"
+"""No test fails; a test fails or ends in no time; tests are not collected: the source cannot even be imported."""
+FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
+
+
+class Run(NamedTuple):
+    """Tests that run in a child."""
+
+    fault: Fault | None
+    """None for the sound sources."""
+    tests: tuple[str, ...]
+    """Arguments of pytest."""
+    number: int | None
+    """Number of the native fault, 0 for none; None for the core that is always taken."""
+    limit: float
+    """CPU time [s]."""
+    log: str
+    """Name of the file for what the tests print."""
 
 
 class Outcome(NamedTuple):
@@ -35,6 +53,8 @@ class Outcome(NamedTuple):
     state: str
     seconds: float
     """CPU time [s]."""
+    test: str = ""
+    """The test that fails; empty where none does."""
 
 
 def load_libraries() -> None:
@@ -44,43 +64,45 @@ def load_libraries() -> None:
             importlib.import_module(name)
 
 
-def run_all(
-    runs: Sequence[tuple[Fault | None, tuple[str, ...], int, float]], core: Path, workers: int, logs: Path
-) -> Iterator[Outcome]:
-    """Yield the outcome of each run as it ends.
+def run_all(runs: Sequence[Run], core: Path | None, workers: int, logs: Path) -> Iterator[tuple[Run, Outcome]]:
+    """Yield each run and its outcome as it ends.
 
     Args:
-        runs: Fault, tests, number of the fault, and limit of CPU time [s].
-        core: Module with the native faults.
+        runs: What is run.
+        core: Module with the native faults; None where no run has one.
+        workers: Runs at a time.
         logs: Folder for what the tests print.
     """
-    waiting, children = list(enumerate(runs)), dict[int, Fault | None]()
+    waiting, children = list(runs), dict[int, Run]()
     while waiting or children:
         while waiting and len(children) < workers:
-            place, (fault, tests, number, limit) = waiting.pop(0)
+            run = waiting.pop(0)
             child = os.fork()
             if not child:
-                _run(fault, tests, number, limit, core, logs / f"{place:03d}.txt")
-            children[child] = fault
+                _run(run, core, logs / run.log)
+            children[child] = run
         process, status, usage = os.wait4(-1, 0)
-        code = os.waitstatus_to_exitcode(status)
-        state = SURVIVED if code == 0 else BROKEN if code in (3, 4, 5) else KILLED
-        yield Outcome(children.pop(process), state, usage.ru_utime + usage.ru_stime)
+        run, code = children.pop(process), os.waitstatus_to_exitcode(status)
+        state = SURVIVED if code == 0 else BROKEN if code in (2, 3, 4, 5) else KILLED
+        failed = FAILED.search((logs / run.log).read_text()) if code > 0 else None
+        test = failed[1] if failed else "" if code >= 0 else signal.Signals(-code).name
+        yield run, Outcome(run.fault, state, usage.ru_utime + usage.ru_stime, test)
 
 
-def _run(fault: Fault | None, tests: tuple[str, ...], number: int, limit: float, core: Path, log: Path) -> None:
+def _run(run: Run, core: Path | None, log: Path) -> None:
     """Run tests in this child, and end it."""
+    fault = run.fault
     with log.open("w") as file:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
     os.setsid()
-    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(run.limit), int(run.limit) + 5))
     print(fault, flush=True)
     if fault is not None and not fault.native:
         _replace(ROOT / fault.file, fault)
-    else:
+    if run.number is not None and core is not None:
         os.environ["GUDGEON_CORE"] = "checked"
-        os.environ[VARIABLE] = str(number)
+        os.environ[VARIABLE] = str(run.number)
         sys.meta_path.insert(0, _Core(core))
     import pytest
 
@@ -88,7 +110,7 @@ def _run(fault: Fault | None, tests: tuple[str, ...], number: int, limit: float,
     signal.alarm(int(WALL))
     with contextlib.suppress(BaseException):
         code = int(
-            pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not validation", *tests])
+            pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "-m", "not validation", *run.tests])
         )
     sys.stdout.flush()
     os._exit(code)

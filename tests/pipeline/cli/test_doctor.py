@@ -3,6 +3,7 @@
 import os
 import platform
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -12,6 +13,7 @@ import pytest
 
 from gudgeon.pipeline.cli import doctor
 from gudgeon.pipeline.cli.doctor import Finding
+from gudgeon.solver import core
 
 ROOT = Path(__file__).resolve().parents[3]
 SEGFAULT = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
@@ -34,14 +36,50 @@ def test_import_loads_nothing_heavy() -> None:
     assert child.stdout.split() == []
 
 
-def test_a_core_that_is_not_compiled() -> None:
-    """The module of this processor is not there, does not load, or ends the process."""
+def package_without_core(folder: Path) -> dict[str, str]:
+    """Copy the sources as they are before anything is compiled; return the variables by which they are imported."""
+    for name in ("modaldb", "pipeline", "solver"):
+        shutil.copytree(ROOT / name, folder / "gudgeon" / name, ignore=shutil.ignore_patterns("*.so", "__pycache__"))
+    shutil.copytree(ROOT / "pipeline/gudgeon", folder / "gudgeon", dirs_exist_ok=True)
+    return os.environ | {"PYTHONPATH": str(folder)}
+
+
+CORELESS = """
+import sys
+from gudgeon.pipeline.cli import doctor, main
+print(doctor.__file__, doctor.core_finding())
+sys.exit(main(["solve", sys.argv[1]]))
+"""
+
+
+def test_a_core_that_is_not_compiled(tmp_path: Path) -> None:
+    """The doctor says so, and a command ends in the line that mends it."""
+    child = subprocess.run(
+        [sys.executable, "-c", CORELESS, str(ROOT / "data/rod-wall")], cwd=tmp_path, capture_output=True, text=True,
+        env=package_without_core(tmp_path / "sources"),
+    )  # fmt: skip
+    assert child.stdout.startswith(str(tmp_path))
+    assert "state='missing', detail='it is not compiled', remedy='make core'" in child.stdout
+    assert child.returncode == 1
+    (line,) = child.stderr.splitlines()
+    assert re.fullmatch(r"gudgeon: native core: _\w+ is not compiled; run 'make core' in the checkout, or .*", line)
+
+
+def test_a_core_that_does_not_load(tmp_path: Path) -> None:
+    """Its file is no module, or ends the process."""
     assert doctor.core_finding().state == "ok"
-    absent = "import gudgeon.solver.core as core, importlib; importlib.import_module(f'{core.__name__}._nothing')"
-    finding = doctor.core_finding(absent)
-    assert (finding.state, finding.remedy) == ("missing", "make core")
-    for probe in (SEGFAULT, "raise ImportError('undefined symbol: _ZN7gudgeon')"):
-        assert doctor.core_finding(probe).state == "broken"
+    variables = package_without_core(tmp_path / "sources")
+    name = Path(core.module.__file__ or "").name
+    (tmp_path / "sources/gudgeon/solver/core" / name).write_bytes(b"no module" * 1000)
+    child = subprocess.run(
+        [sys.executable, "-c", CORELESS, str(ROOT / "data/rod-wall")], cwd=tmp_path, capture_output=True, text=True,
+        env=variables,
+    )  # fmt: skip
+    assert "state='broken'" in child.stdout
+    assert child.returncode == 1
+    (line,) = child.stderr.splitlines()
+    assert re.fullmatch(r"gudgeon: native core: _\w+ does not load: .*; run 'make core' in the checkout, or .*", line)
+    assert doctor.core_finding(SEGFAULT).state == "broken"
 
 
 def test_old_python_is_broken() -> None:

@@ -133,3 +133,21 @@ def test_estimates_of_a_vanishing_change_are_its_derivatives(supports: list[str]
     true = after.angular_frequencies[:count] / before.angular_frequencies[:count] - 1
     np.testing.assert_allclose(estimate.frequencies, true, rtol=0.02, atol=0.02 * np.abs(true).max())
     assert estimate.compliances["thrust"] == pytest.approx(fixed_loads, rel=0.02)
+
+
+def sideways(lean: float) -> ProfileTable:
+    """Return a shift of a wall by 0.2 µm across, growing with the height where it leans (1)."""
+    heights, angles = np.linspace(0, 0.06, 7), np.radians(np.arange(-180, 181, 15.0))
+    return ProfileTable(heights, angles, 2e-7 * (heights[:, None] / 0.06) ** lean * np.cos(angles), "across")
+
+
+@pytest.mark.parametrize(
+    ("interface", "lean"),
+    [({"surface": "skirt", "sector_deg": [-45, 45]}, 0), ({"surface": "open_end"}, 1)],
+    ids=["wall", "end"],
+)
+def test_inertia_that_balances_a_load_moves_with_the_mass(interface: dict[str, object], lean: float) -> None:
+    """A free part turns under a load beside its centre: what moves across changes how, by 5 to 60 %."""
+    tables: dict[str, object] = SKIRT | {"interface": {"thrust": interface}, "modes": {"normal_count": 4}}
+    estimate, _, _, fixed_loads = compared(tables, "skirt", sideways(lean))
+    assert estimate.compliances["thrust"] == pytest.approx(fixed_loads, rel=0.01)

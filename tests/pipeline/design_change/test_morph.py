@@ -233,3 +233,57 @@ def test_held_body_is_moved_without_rigid_motion(skirt_mesh: MeshRecord, held: M
     np.testing.assert_allclose(radius, 0.04296 + 20e-6, atol=1e-9)
     np.testing.assert_array_equal(design.points["bottom"], held.interfaces["bottom"].points)
     assert design.mass > held.mass
+
+
+@pytest.fixture(scope="module")
+def free(skirt_mesh: MeshRecord) -> ModalRecord:
+    return reduce_component(skirt_mesh, "ab" * 32, component(), "skirt")
+
+
+@pytest.mark.parametrize("slope", [1e-3, -2e-3])
+def test_reused_modes_have_mass_centre_and_inertia_of_the_moved_part(
+    slope: float, skirt_mesh: MeshRecord, free: ModalRecord
+) -> None:
+    """A wall that grows as s h gains a ring 2 pi R s h dh at each height; rigid motions stay mass-normalised."""
+    R, H, rho = 0.04296, 0.06, 2700.0
+    table = ProfileTable(HEIGHTS, ANGLES, np.tile(slope * HEIGHTS[:, None], 5), "cone")
+    design = reuse(skirt_mesh, ("a", "b"), free, {"thrust": "skirt", "bottom": "open_end"}, movement(table), rho)
+    ring = 2 * np.pi * rho * np.array([R * slope * H ** (n + 2) / (n + 2) + slope**2 * H ** (n + 3) / (2 * (n + 3))
+                                       for n in range(3)])  # fmt: skip
+    # Chords of the mesh have a little less than the circle.
+    assert design.mass - free.mass == pytest.approx(ring[0], rel=1e-2)
+    assert design.mass * design.centre[2] - free.mass * free.centre[2] == pytest.approx(ring[1], rel=1e-2)
+    about_origin = [record.inertia[0, 0] + record.mass * record.centre[2] ** 2 for record in (free, design)]
+    half_ring = np.pi * rho * slope * R**3 * H**2 / 2  # Of y^2 at first order.
+    assert about_origin[1] - about_origin[0] == pytest.approx(ring[2] + half_ring, rel=3e-2)
+    kinetic = np.zeros((6, 6))
+    kinetic[:3, :3], kinetic[3:, 3:] = design.mass * np.eye(3), design.inertia
+    np.testing.assert_allclose(design.rigid_twists @ kinetic @ design.rigid_twists.T, np.eye(6), atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 3, 5])
+def test_supports_that_leave_some_rigid_motions_are_refused(
+    count: int, skirt_mesh: MeshRecord, held: ModalRecord
+) -> None:
+    modal = replace(held, rigid_twists=np.eye(6)[:count])
+    with pytest.raises(InputError, match="leave some of the rigid motions free, use update 'recompute'"):
+        reuse(skirt_mesh, ("a", "b"), modal, {}, movement(20e-6), 2700.0)
+
+
+def test_inner_nodes_follow_four_neighbours_by_inverse_squares_and_fade_towards_what_stays(
+    skirt_mesh: MeshRecord,
+) -> None:
+    angles, nodes = np.radians(np.arange(-180, 181, 15.0)), skirt_mesh.nodes
+    profile = 10e-6 * np.cos(2 * angles) - 20e-6 * ((HEIGHTS[:, None] - 0.03) / 0.03) ** 2
+    shift = move_nodes(skirt_mesh, movement(ProfileTable(HEIGHTS, angles, profile, "oval"))) - nodes
+    moved = np.unique(skirt_mesh.surfaces["skirt"].facets)
+    surfaces = [np.unique(s.facets) for name, s in skirt_mesh.surfaces.items() if name != "skirt"]
+    still = np.setdiff1d(np.concatenate(surfaces), moved)
+    inner = np.setdiff1d(np.arange(len(nodes)), np.concatenate([moved, still]))
+    to_moved, to_still = (np.linalg.norm(nodes[inner, None] - nodes[group], axis=2) for group in (moved, still))
+    followed = to_moved <= np.sort(to_moved, axis=1)[:, 3:4] * (1 + 1e-9)  # More where some are equally far.
+    weights = np.where(followed, to_moved**-2.0, 0.0)
+    mean = weights @ shift[moved] / weights.sum(axis=1)[:, None]
+    fade = to_still.min(axis=1) / (to_still.min(axis=1) + to_moved.min(axis=1))
+    np.testing.assert_allclose(shift[inner], fade[:, None] * mean, rtol=0, atol=1e-12 * np.abs(shift).max())
+    assert np.ptp(fade) > 0.1

@@ -42,6 +42,7 @@ from gudgeon.pipeline.scenes.material import Material
 from gudgeon.pipeline.scenes.robustness import Case, Operation, Set
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
+from gudgeon.solver import simulate
 from gudgeon.solver.joints.coupled import Driven
 from gudgeon.solver.joints.markers import Cylindrical, Revolute, Translational
 from gudgeon.solver.scene.body import Body
@@ -403,6 +404,30 @@ def test_what_is_wrong_makes_the_command_fail(tmp_path: Path, monkeypatch: pytes
     assert code == 1
     (row,) = json.loads((tmp_path / "out" / "robustness.json").read_text())["rows"]
     assert (row["verdict"], row["rule"]) == ("wrong", "similarity")
+
+
+@pytest.mark.parametrize("scene", ["data/rod-wall", "two"])
+def test_a_force_times_1_001_is_wrong_in_every_case(
+    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the record alone: all cases have the same fault, so that no comparison of two runs finds it."""
+    two(tmp_path)
+    path = str(tmp_path / "two.toml") if scene == "two" else str(ROOT / scene)
+    made = simulate.trajectory_of
+
+    def scaled(*arguments: Any) -> Any:
+        run = made(*arguments)
+        contacts = {name: replace(history, force=np.asarray(1.001 * history.force))
+                    for name, history in run.contacts.items()}  # fmt: skip
+        return replace(run, contacts=contacts)
+
+    monkeypatch.setattr(simulate, "trajectory_of", scaled)
+    places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
+    assert main(["robustness", path, "--only", "mm-t-s,samples 50,modulus 1e6", *places]) == 1
+    rows = json.loads((tmp_path / "out" / "robustness.json").read_text())["rows"]
+    wrong = {row["case"]: (row["verdict"], row["rule"]) for row in rows if row["verdict"] != "does not apply"}
+    assert len(wrong) >= 2
+    assert set(wrong.values()) == {("wrong", "record")}
 
 
 @pytest.mark.parametrize(

@@ -158,6 +158,16 @@ def test_a_report_of_another_form(change: dict[str, Any], tmp_path: Path) -> Non
         line_of(Client(url).get(f"/default/records/{key}/report"), 422, "QueryWrong")
 
 
+def test_numbers_of_a_report_that_are_none(tmp_path: Path) -> None:
+    inputs, row = {"stage": "report"}, {"name": "a", "cpu_seconds": float("inf"), "conservative_error": float("nan")}
+    with served(tmp_path / "db") as url:
+        record = ReportRecord({"runs": [row], "choice": {"run": [float("-inf"), 2.5]}, "scene": {"a": float("nan")}})
+        open_folder(tmp_path / "db").put(key := content_key(inputs), "report", record, inputs)
+        body = Client(url).json(f"/default/records/{key}/report")
+    assert body["rows"] == [{"name": "a", "seconds": None, "note": "", "error": None}]
+    assert (body["choice"], body["scene"]) == ([None, 2.5], {"a": None})
+
+
 def test_no_other_site_frames_an_answer(tmp_path: Path) -> None:
     with served(tmp_path / "db") as url:
         for path in ("/page/", "/health", "/default/keys", "/nothing"):

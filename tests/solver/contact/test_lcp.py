@@ -81,6 +81,28 @@ def test_an_unchanged_set_costs_no_pivot() -> None:
     assert solver(g * 1.001) == 0
 
 
+@pytest.mark.parametrize("size", [3, 24, 90])
+def test_gaps_under_expected_forces_have_the_solution_of_gaps_without(size: int) -> None:
+    """Whether rows with an expected force stay closed or open: g + C (x - mu) of g under mu is g + C x of g."""
+    rng = np.random.default_rng(size)
+    C, g = coupled_matrix(rng, size), rng.standard_normal(size) - 0.5
+    solver, plain, opened = Solver(C), Solver(C), 0
+    for _ in range(20):
+        mu = solver.multipliers.copy()
+        g = g + 0.3 * rng.standard_normal(size)
+        solver.active.expected[:] = mu
+        under_mu = g + C @ mu
+        solver(under_mu)
+        plain(g)
+        scale = np.abs(g).max()
+        np.testing.assert_allclose(solver.multipliers, plain.multipliers, rtol=0, atol=1e-9 * scale)
+        np.testing.assert_allclose(solver.gaps, plain.gaps, rtol=0, atol=1e-9 * scale)
+        let_go = (mu > 0) & (plain.multipliers == 0)
+        opened += let_go.sum()
+        assert not solver.active.expected[let_go].any()
+    assert opened > size / 4
+
+
 def test_dependent_rows_are_reported() -> None:
     C = np.ones((2, 2))
     solver = Solver(C)

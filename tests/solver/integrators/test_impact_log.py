@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import BEGINS, CLOSING, OPENING, Trajectory
 from gudgeon.solver import core
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators import impact_log as module
@@ -60,6 +60,29 @@ def test_steps_and_histories_agree(window: float) -> None:
             # Begin and end are located by gaps, of which there are none here.
             columns = [2, 3, 4, 7, 8]
             np.testing.assert_allclose(found[:, columns], expected[:, columns], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("window", [0.0, 0.7 * STEP, 4 * STEP, 9.3 * STEP])
+@pytest.mark.parametrize("struck", [3, 11, 24])
+def test_an_impulse_without_duration_is_that_of_a_force_over_its_step(window: float, struck: int) -> None:
+    """Impulse and windowed force have it; the largest force of a step has not."""
+    forces = np.zeros((60, 1, 3))
+    forces[:30] = np.random.default_rng(struck).uniform(0.5, 2.0, (30, 1, 3))
+    impulse, peak = np.array([0.05, -0.2, 0.1]), np.linalg.norm(forces[:, 0], axis=1).max()
+    log = impact_log([0], STEP, window, np.full(1, window))
+    located = Located(log)
+    feed(log, forces[:struck], 0)
+    for array in (log.sudden, log.jump):
+        array[0] += impulse
+    feed(log, forces[struck:], struck)
+    assert located.take()
+    (found,) = located.impacts()[0]
+    forces[struck] += impulse / STEP
+    (expected,) = logged(forces, window)[0]
+    assert found[2] == pytest.approx(expected[2], rel=1e-12)
+    assert found[3] == pytest.approx(peak, rel=1e-12)
+    if window:
+        np.testing.assert_allclose(found[7:9], expected[7:9], rtol=1e-9)
 
 
 @pytest.mark.parametrize("window", [0.0, 7.3 * STEP])
@@ -135,6 +158,22 @@ def test_every_integrator_gives_the_same_quantities(tmp_path: Path) -> None:
         for key in ("impulse", "force_peak", "force_peak_raw", "duration", "impact1.separation_speed", "restitution"):
             value = exact[f"wall.{key}"]["value"]
             assert quantities[f"wall.{key}"]["value"] == pytest.approx(value, rel=5e-3), (name, key)
+
+
+@pytest.mark.parametrize("integrator", ["event", "collocation", "implicit"])
+def test_impacts_begin_within_a_step_where_the_flight_ends(tmp_path: Path, integrator: str) -> None:
+    gap, speed, step = 1.03742e-5, 0.7, 1e-7
+    law = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
+    if integrator == "implicit":
+        law = {"method": "penalty", "surface_stiffness": 2e8 / 1e-4}
+    scene = rod_scene(5e-5, **law)
+    scene["body"]["part"] |= {"position": [-gap, 0.0, 0.0], "velocity": [speed, 0.0, 0.0]}
+    scene["run"] |= {"integrator": integrator, "frames": 10} | ({} if integrator == "event" else {"step": step})
+    (impact,) = simulate(build(tmp_path, rod_records(8), scene)).impacts["wall"]
+    # The flight is exact; the gap is taken as linear over the step in which the force begins.
+    assert impact[BEGINS] == pytest.approx(gap / speed, rel=0, abs=1e-2 * step)
+    assert impact[CLOSING] == pytest.approx(speed, rel=1e-2)
+    assert np.isnan(impact[OPENING])
 
 
 def test_default_windows_of_all_loops_follow_the_impact(tmp_path: Path) -> None:

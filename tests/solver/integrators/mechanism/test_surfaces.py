@@ -182,7 +182,13 @@ def elastic(frequencies: list[float], points: list[list[float]], chart: Json, se
     return modal, replace(morph, points={"foot": np.array(points)})
 
 
-@pytest.mark.parametrize("method", [{"method": "residual"}, {"method": "residual", "surface_stiffness": 1e10}])
+DAMPED = {"method": "penalty", "law": {"kind": "hunt-crossley", "stiffness": 1e7, "restitution": 0.7}}
+
+
+@pytest.mark.parametrize(
+    "method", [{"method": "residual"}, {"method": "residual", "surface_stiffness": 1e10}, DAMPED],
+    ids=["R", "layer", "damped"],
+)  # fmt: skip
 def test_flexibility_of_both_bodies_keeps_momenta_and_energy(method: dict[str, Any], tmp_path: Path) -> None:
     """Any rows and R, bodies that tumble and vibrate: what slides over splines does the work that they give back."""
     points, chart = [[0.0, 0.0, -0.1], [0.03, 0.01, -0.11], [-0.02, 0.03, -0.1]], bowl(0.5)
