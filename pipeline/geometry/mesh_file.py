@@ -96,6 +96,7 @@ class MeshFile(Strict):
                 that the body would not have and `leave_out` does not name.
         """
         from gudgeon.pipeline.geometry.decks.members.attached import attached_notes, attachments, with_middles
+        from gudgeon.pipeline.geometry.decks.members.carriers import Placed, carriers_of
         from gudgeon.pipeline.geometry.decks.members.related import related_notes, relations
         from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets, stated_materials
         from gudgeon.pipeline.geometry.decks.solids import solid_of
@@ -109,9 +110,10 @@ class MeshFile(Strict):
         nodes = solid.points[used]
         blocks = [Block(block.cell, block.rows, new_row[block.nodes]) for block in solid.blocks]
         deck_rows, deck_count = new_row[: solid.deck_count], int(np.searchsorted(used, solid.deck_count))
-        placed = solid.points[: solid.deck_count], deck_rows, self.mass_unit, self.path
-        attached = attachments(deck, self.leave_out, *placed)
-        related = relations(deck, self.leave_out, *placed)
+        placed = Placed(solid.points[: solid.deck_count], deck_rows, self.unit, self.mass_unit, self.path)
+        carriers = carriers_of(deck, self.leave_out, placed)
+        attached = attachments(deck, self.leave_out, carriers, placed)
+        related = relations(deck, self.leave_out, carriers, placed)
         faces = boundary_facets(blocks, self.path)[1]
         members = named_facets(deck, faces, new_row, 2, deck_count)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}

@@ -84,19 +84,42 @@ class Coupling(NamedTuple):
     keyword: str = ""
     """Of the file, such as RBE2."""
     source: Source | None = None
-    """Where it stands; None of one that is more than `tie` says, such as an RBE3 of unequal weights."""
+    """Where it stands; None of one that is more than `tie` says, such as an RBE3 of some directions."""
+    weights: Mapping[int, float] | None = None
+    """Of the nodes in a mean motion, by label; None of equal ones."""
+    turns: bool = False
+    """Whether nodes of a rigid body have its rotation too, where other rigid elements share them."""
+
+
+class RigidLink(NamedTuple):
+    """Nodes that move as one rigid body, rotations included."""
+
+    nodes: tuple[int, ...]
+    """Their labels."""
+    keyword: str
+    """Of the file, such as RBAR."""
+    source: Source
 
 
 class PointMass(NamedTuple):
-    """A mass without inertia of rotation at a node."""
+    """A mass at a node or beside it."""
 
     node: int
     """Its label."""
     mass: float
-    """In the file's unit of mass."""
+    """In the file's unit of mass; zero of an inertia alone."""
     keyword: str
     """Of the file, such as CONM2."""
     source: Source
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of its centre from the node, in the file's unit of length."""
+    inertia: tuple[float, ...] = ()
+    """About its centre, row by row, nine numbers in the file's units; empty without any."""
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is a mass on the node alone."""
+        return not any(self.offset) and not any(self.inertia)
 
 
 class Term(NamedTuple):
@@ -168,9 +191,12 @@ class Deck:
     element_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Labels of elements by name."""
     couplings: tuple[Coupling, ...] = ()
+    links: tuple[RigidLink, ...] = ()
     masses: tuple[PointMass, ...] = ()
     sums: tuple[Sum, ...] = ()
     ties: tuple[TiedSurfaces, ...] = ()
+    directions: Mapping[int, np.ndarray] = field(default_factory=dict)
+    """Directions 1, 2, 3 of nodes that have others than the basic ones, as columns (3, 3), by label."""
     dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     """Labels of nodes that equations or couplings express by others: a program may have eliminated them."""
     omissions: tuple[Omission, ...] = ()
@@ -180,9 +206,10 @@ class Deck:
     """Metres per unit of length, where the file states it."""
 
     @property
-    def members(self) -> tuple[Coupling | PointMass | Sum | TiedSurfaces, ...]:
+    def members(self) -> tuple[Coupling | RigidLink | PointMass | Sum | TiedSurfaces, ...]:
         """What a body has of the deck beside its solid."""
-        return (*(c for c in self.couplings if c.source is not None), *self.masses, *self.sums, *self.ties)
+        couplings = (c for c in self.couplings if c.source is not None)
+        return (*couplings, *self.links, *self.masses, *self.sums, *self.ties)
 
     def rows(self, labels: np.ndarray, path: str) -> np.ndarray:
         """Return the places of labels among those of the nodes, in the same shape.
@@ -207,9 +234,11 @@ def deck_of(
     side_sets: Mapping[str, np.ndarray] | None = None,
     element_sets: Mapping[str, np.ndarray] | None = None,
     couplings: Sequence[Coupling] = (),
+    links: Sequence[RigidLink] = (),
     masses: Sequence[PointMass] = (),
     sums: Sequence[Sum] = (),
     ties: Sequence[TiedSurfaces] = (),
+    directions: Mapping[int, np.ndarray] | None = None,
     dependent: np.ndarray | None = None,
     omissions: Iterable[Omission] = (),
     materials: Sequence[tuple[Source, Mapping[str, float]]] = (),
@@ -233,13 +262,15 @@ def deck_of(
         labels=labels, points=points, blocks=_joined(blocks), omissions=tuple(omissions),
         node_sets=dict(node_sets or {}),
         side_sets=dict(side_sets or {}), element_sets=dict(element_sets or {}), couplings=tuple(couplings),
-        masses=tuple(masses), sums=tuple(sums), ties=tuple(ties), materials=tuple(materials),
+        links=tuple(links), masses=tuple(masses), sums=tuple(sums), ties=tuple(ties), materials=tuple(materials),
+        directions=dict(directions or {}),
         dependent=np.empty(0, int) if dependent is None else np.unique(dependent),
     )  # fmt: skip
     for block in deck.blocks:
         _check_elements(deck, block, path)
     terms = (term.node for item in sums for term in item.terms)
-    deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses), *terms], int), path)
+    linked = (node for link in links for node in link.nodes)
+    deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses), *terms, *linked], int), path)
     return _without_members(deck)
 
 

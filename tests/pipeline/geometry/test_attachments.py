@@ -44,8 +44,8 @@ COUPLED = "*COUPLING, REF NODE=9, SURFACE=FOOT\n*DISTRIBUTING\n"
 @pytest.mark.parametrize(("text", "words"), [
     (MASS9, "line 13: MASS: node 9 is of no solid, and no coupling leads it"),
     (COUPLED + "*COUPLING, REF NODE=9, SURFACE=FOOT\n*KINEMATIC\n", "line 11: COUPLING: node 9 leads several sets"),
-    ("*RIGID BODY, NSET=FOOT, REF NODE=9\n*NSET, NSET=FOOT\n9\n", "1 of its 4 nodes are of no solid"),
-    ("*NSET, NSET=LINE\n1, 2\n*RIGID BODY, NSET=LINE, REF NODE=9\n", "fewer than three or lie on a line"),
+    ("*NODE\n8, 0, 0, 8\n*RIGID BODY, NSET=FOOT, REF NODE=9\n*NSET, NSET=FOOT\n8\n", "1 of its 4 nodes are of no solid"),
+    (MASS9 + "*NSET, NSET=LINE\n1, 2\n*RIGID BODY, NSET=LINE, REF NODE=9\n", "fewer than three or lie on a line"),
     (MASS9 + COUPLED + TONNES, "density of 7.8e-09 is not in kg/m^3; geometry.mass_unit"),
 ])  # fmt: skip
 def test_what_cannot_be_attached_is_refused(text: str, words: str, tmp_path: Path) -> None:

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass, Sum, TiedSurfaces
+from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass, RigidLink, Sum, TiedSurfaces
 
 DENSITIES = (10.0, 30_000.0)
 """Densities of solids [kg/m³]: a deck whose numbers are among them has its masses in kg."""
-Member = Coupling | PointMass | Sum | TiedSurfaces
+Member = Coupling | RigidLink | PointMass | Sum | TiedSurfaces
 
 
 def mass_scale(deck: Deck, members: Sequence[PointMass | Sum], mass_unit: float | None) -> float:
