@@ -128,10 +128,13 @@ class Term(NamedTuple):
     node: int
     """Its label."""
     direction: int
-    """0, 1, 2 for x, y, z, 3, 4, 5 for rotations about them, `AXIAL`."""
+    """0, 1, 2 for directions 1, 2, 3 of the node, 3, 4, 5 for rotations about them; more by `BASIC` for x, y, z; or
+    `AXIAL`."""
     coefficient: float
 
 
+BASIC = 6
+"""Added to directions that are those of the basic system, whatever the node's."""
 AXIAL = -1
 """Direction of a spring from its first node to its second one."""
 

@@ -66,10 +66,10 @@ def test_sums_of_displacements_are_taken_over(name: str, tmp_path: Path) -> None
     (SPRING2.replace("9, 1, 4", "9, 1, 9"), "SPRING: node 9 is of no solid"),
     (SPRING2.replace("500.", "-5."), "SPRING: a stiffness of -5 given"),
     (SPRING2.replace("ELSET=SP\n1, 2", "ELSET=SP, NONLINEAR\n1, 2"), "SPRING is not taken over"),
-    ("*TRANSFORM, NSET=FOOT\n1, 0, 0, 0, 1, 0\n" + EQUATION, "EQUATION is not taken over"),
+    ("*TRANSFORM, NSET=FOOT\n1, 0, 0, 0, 1, 0\n" + SPRING2, "SPRING is not taken over"),
     (EQUATION.replace("4, 1, 1.", "4, 1, 0."), "the coefficient of the first term is 0"),
     (SPRING2 + "*MATERIAL, NAME=S\n*DENSITY\n7.8e-9\n", "density of 7.8e-09 is not in kg/m^3; geometry.mass_unit"),
-    ("*MPC\nBEAM, 1, 4\n", "MPC is not taken over"),
+    ("*MPC\nELBOW, 1, 4\n", "MPC is not taken over"),
 ])  # fmt: skip
 def test_what_is_no_sum_of_displacements_is_refused(text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "part.inp").write_text(BASE + text)

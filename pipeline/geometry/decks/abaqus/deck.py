@@ -14,9 +14,11 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, Cell
 from gudgeon.pipeline.geometry.decks.abaqus import rest as abaqus_rest
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, Line, read_keywords
+from gudgeon.pipeline.geometry.decks.abaqus.members import Members
 from gudgeon.pipeline.geometry.decks.abaqus.sets import Names, Sets
+from gudgeon.pipeline.geometry.decks.abaqus.words import Words
 from gudgeon.pipeline.geometry.decks.axes import Axes, axes_of
-from gudgeon.pipeline.geometry.decks.model import FARTHEST, Block, Deck, Omission, Scope, Source, deck_of, whole
+from gudgeon.pipeline.geometry.decks.model import FARTHEST, Block, Deck, Scope, Source, deck_of, whole
 
 KINDS: list[tuple[re.Pattern[str], str]] = [
     (re.compile(rf"D?C3D{count}[A-Z]*"), cell)
@@ -222,43 +224,109 @@ def _placed(path: str, name: str, bodies: Mapping[str, Body], instances: Mapping
         raise InputError(f"{path}: *INSTANCE {name} is of part '{instance.part_name}'; the deck has {have}")
     if extras.labels or extras.elements:
         raise InputError(f"{path}: *INSTANCE {name} has nodes or elements of its own; allowed: those of its part")
-    rests = [root.extras, extras.extras]
-    return _deck(path, bodies[instance.part_name], instance.axes, name, rests, above=root.sets)
+    crowd = len(instances) > 1
+    return _deck(
+        path, bodies[instance.part_name], instance, name, [root.extras, extras.extras], above=root, crowd=crowd
+    )
 
 
 def _deck(
     path: str,
     body: Body,
-    axes: Axes | None,
+    placed: Instance | None,
     instance: str,
     rests: Sequence[abaqus_rest.Rest],
     *,
-    above: Sets | None = None,
+    above: Body | None = None,
+    crowd: bool = False,
 ) -> Deck:
-    """Return the deck of a body that an instance places."""
-    points = np.concatenate([np.empty((0, 3)), *body.points])
-    if axes is not None:
-        points = axes.placed(points)
+    """Return the deck of a body that an instance places.
+
+    Args:
+        placed: How; None of a body that stands as it was modelled.
+        instance: Its name.
+        rests: What stands outside the body.
+        above: The assembly, whose own nodes get numbers behind those of the body.
+        crowd: Whether the assembly has other instances.
+    """
+    axes = placed.axes if placed is not None else Axes()
+    labels = np.array(body.labels, np.int64)
+    local = np.concatenate([np.empty((0, 3)), *body.points])
+    points = axes.placed(local)
     blocks = body.blocks()
     if not blocks and not len(points):
         raise InputError(f"{path}: has no nodes (*NODE); allowed: a deck of Abaqus or CalculiX")
-    node_sets, side_sets, element_sets = body.sets.resolved(blocks, path)
+    resolved = body.sets.resolved(blocks, path)
+    words = Words(resolved[0], {**resolved[2], **_owners(resolved[1])})
+    own = body.extras.stated.directions(words, labels, local)
+    directions = {label: axes.turn @ turn for label, turn in own.items()}
+    members = body.extras.stated.members(words, directions)
     if above is not None:
-        upper = above.resolved(blocks, path, instance, (node_sets, side_sets, element_sets))
-        for lower, members in zip((node_sets, side_sets, element_sets), upper, strict=True):
-            lower.update({f"{instance}.{name}": lower[name] for name in lower.keys() & members.keys()})
-            lower.update(members)
+        shift = _shift(labels, *(block.labels for block in blocks))
+        upper = above.sets.resolved(blocks, path, instance, resolved, shift)
+        spelling = {name: f"{instance}.{name}" for k in range(3) for name in resolved[k].keys() & upper[k].keys()}
+        for lower, added in zip(resolved, upper, strict=True):
+            lower.update({spelling[name]: lower[name] for name in lower.keys() & added.keys()})
+            lower.update(added)
+        _rename(members, spelling)
+        words = Words(upper[0], {**upper[2], **_owners(upper[1])}, instance, shift)
+        labels = np.concatenate([labels, np.array(above.labels, np.int64) + shift])
+        points = np.concatenate([points, *above.points])
+        directions |= above.extras.stated.directions(words, labels, points)
+        members.extend(_loose_dropped(above.extras.stated.members(words, directions), shift, crowd))
+    node_sets, side_sets, element_sets = resolved
     extras = abaqus_rest.joined([body.extras, *(extras for extras in rests if extras is not body.extras)])
-    omissions: list[Omission] = extras.omissions(element_sets)
-    couplings, own_sets = extras.couplings(body.sets, above is None)
-    node_sets |= {name: abaqus_rest.members_of(body.sets.nodes, words) for name, words in own_sets.items()}
-    dependent = extras.dependent(node_sets, side_sets, blocks, couplings)
+    omissions = [o for o in extras.omissions(element_sets) if o.source not in members.foreign]
+    node_sets |= members.sets
     return deck_of(
-        np.array(body.labels, np.int64), points, blocks, path, node_sets=node_sets, side_sets=side_sets,
-        element_sets=element_sets, couplings=couplings, masses=body.extras.masses(element_sets), dependent=dependent,
-        sums=body.extras.links.sums(element_sets), ties=body.extras.links.ties, omissions=omissions,
+        labels, points, blocks, path, node_sets=node_sets, side_sets=side_sets, element_sets=element_sets,
+        couplings=members.couplings, links=members.links, masses=members.masses, sums=members.sums, ties=members.ties,
+        directions=directions, dependent=_dependent(members, node_sets, side_sets, blocks), omissions=omissions,
         materials=extras.materials,
     )  # fmt: skip
+
+
+def _shift(*labels: np.ndarray) -> int:
+    """Return what is added to numbers of the assembly, so that they are behind those of its instance."""
+    return 10 ** len(str(max((int(some.max(initial=0)) for some in labels), default=0)))
+
+
+def _owners(side_sets: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the elements of surfaces of faces."""
+    return {name: np.unique(sides[:, 0]) for name, sides in side_sets.items()}
+
+
+def _rename(members: Members, spelling: Mapping[str, str]) -> None:
+    """Let members of a part name its sets, where the assembly has others of the same name."""
+    members.couplings[:] = [c._replace(surface=spelling.get(c.surface, c.surface)) for c in members.couplings]
+    members.ties[:] = [
+        t._replace(slave=spelling.get(t.slave, t.slave), master=spelling.get(t.master, t.master)) for t in members.ties
+    ]
+
+
+def _loose_dropped(members: Members, shift: int, crowd: bool) -> Members:
+    """Return members without masses on points of the assembly that other instances lead."""
+    leading = {c.reference for c in members.couplings} | {n for link in members.links for n in link.nodes}
+    if crowd:
+        loose = [m for m in members.masses if m.node > shift and m.node not in leading]
+        members.masses[:] = [m for m in members.masses if m not in loose]
+        members.foreign |= {m.source for m in loose} - {m.source for m in members.masses}
+    return members
+
+
+def _dependent(
+    members: Members, nodes: Mapping[str, np.ndarray], sides: Mapping[str, np.ndarray], blocks: Sequence[Block]
+) -> np.ndarray:
+    """Return labels of the nodes that couplings and equations express by others."""
+    labels = [np.array([s.terms[0].node for s in members.sums if s.stiffness is None], np.int64)]
+    for coupling in members.couplings:
+        if coupling.tie == "rbe3":
+            labels.append(np.array([coupling.reference]))
+        elif coupling.surface in sides:
+            labels.append(abaqus_rest.nodes_of_sides(sides[coupling.surface], blocks))
+        else:
+            labels.append(nodes.get(coupling.surface, np.empty(0, np.int64)))
+    return np.unique(np.concatenate(labels))
 
 
 def _gathered(rows: list[Line], count: int, kind: str) -> list[list[int]]:

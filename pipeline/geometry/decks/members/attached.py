@@ -68,9 +68,7 @@ def attachments(
         if not carrier.turns:
             continue  # Constraints hold them together.
         if lumps and len(carrier.nodes) > MOST_NODES:
-            raise refused(
-                carrier.item, f"its mass would couple {len(carrier.nodes)} nodes, allowed: {MOST_NODES}"
-            )
+            raise refused(carrier.item, f"its mass would couple {len(carrier.nodes)} nodes, allowed: {MOST_NODES}")
         records[carrier.name] = _attachment(carrier, lumps)
     return records | {
         name: Attachment(np.array([node]), centre, "node", mass) for name, (node, centre, mass) in on_nodes.items()
@@ -108,9 +106,7 @@ def _attachment(carrier: Carrier, lumps: Sequence[Lump]) -> Attachment:
     for lump in lumps:
         arm = lump.centre - centre
         inertia += lump.inertia + lump.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
-    return Attachment(
-        carrier.nodes, centre, carrier.kind, mass, carrier.weights, inertia if inertia.any() else None
-    )
+    return Attachment(carrier.nodes, centre, carrier.kind, mass, carrier.weights, inertia if inertia.any() else None)
 
 
 def with_middles(record: Attachment, edges: np.ndarray, middles: np.ndarray) -> Attachment:

@@ -105,8 +105,9 @@ def carriers_of(deck: Deck, leave_out: Sequence[str], placed: Placed) -> list[Ca
         carrier = _rigid_carrier(deck, [rigid[k] for k in group], labels, known, placed)
         led = [c for c in mean_carriers if c.labels & carrier.labels]
         if led and (len(led) > 1 or len(carrier.nodes)):
-            raise refused(carrier.item, f"it shares node {min(led[0].labels & carrier.labels)} with {led[0].item.keyword}"
-                                        ", allowed: a rigid body that moves with one mean or with nodes of the solid")  # fmt: skip
+            label = min(led[0].labels & carrier.labels)
+            raise refused(carrier.item, f"it shares node {label} with {led[0].item.keyword}, allowed: a rigid body that"
+                                        " moves with one mean motion or with nodes of the solid")  # fmt: skip
         if led:  # Points that are rigid with that of a mean motion.
             mean_carriers[mean_carriers.index(led[0])] = _joined(led[0], carrier)
         else:

@@ -7,7 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import Relation
 from gudgeon.pipeline.geometry.decks.members.carriers import Carrier, Placed, carrier_by_label
 from gudgeon.pipeline.geometry.decks.members.units import mass_scale, refused
-from gudgeon.pipeline.geometry.decks.model import AXIAL, Deck, Sum, Term
+from gudgeon.pipeline.geometry.decks.model import AXIAL, BASIC, Deck, Sum, Term
 
 TRANSLATIONS = 3
 SHORT = 1e-9
@@ -16,9 +16,7 @@ ROUND_OFF = 1e-12
 """Coefficients of a sum, over the largest one, that are zero."""
 
 
-def relations(
-    deck: Deck, leave_out: Sequence[str], carriers: Sequence[Carrier], placed: Placed
-) -> dict[str, Relation]:
+def relations(deck: Deck, leave_out: Sequence[str], carriers: Sequence[Carrier], placed: Placed) -> dict[str, Relation]:
     """Return the springs and equations of a deck, and rigid elements on a line; arguments as of `attachments`.
 
     Raises:
@@ -80,8 +78,9 @@ def _terms(item: Sum, deck: Deck, owners: Mapping[int, Carrier], placed: Placed)
         if node >= 0 and not turns:
             table.append(_rows(np.array([node]), vector[None, :TRANSLATIONS]))
         elif owner is None or not owner.turns:
-            raise refused(item, "acts on a rotation, which nodes of solids do not have; allowed: directions 1 to 3"
-                          if node >= 0 else f"node {term.node} is of no solid, allowed: nodes of the solid")  # fmt: skip
+            if node >= 0:
+                raise refused(item, "acts on a rotation, which nodes of solids do not have; allowed: directions 1 to 3")
+            raise refused(item, f"node {term.node} is of no solid, allowed: nodes of the solid, or one that leads them")
         else:
             scaled = vector * np.repeat([1.0, placed.unit], TRANSLATIONS)
             motion = owner.motion(placed.points[row])
@@ -93,8 +92,8 @@ def _vector(term: Term, deck: Deck) -> np.ndarray:
     """Return a term's coefficients of the translation and rotation of its node along x, y, z, (6,)."""
     vector = np.zeros(6)
     if term.direction != AXIAL:
-        half = slice(0, 3) if term.direction < TRANSLATIONS else slice(3, 6)
-        axes = deck.directions.get(term.node, np.eye(3))
+        half = slice(0, 3) if term.direction % BASIC < TRANSLATIONS else slice(3, 6)
+        axes = np.eye(3) if term.direction >= BASIC else deck.directions.get(term.node, np.eye(3))
         vector[half] = term.coefficient * axes[:, term.direction % TRANSLATIONS]
     return vector
 
@@ -115,7 +114,7 @@ def _summed(table: np.ndarray) -> np.ndarray:
 
 
 def _bar(carrier: Carrier) -> list[np.ndarray]:
-    """Return the constraints of a rigid body on nodes of a line: its ends keep their distance, others move with both."""
+    """Return constraints of a rigid body on nodes of a line: its ends keep their distance, others move with both."""
     _, line = np.linalg.svd(carrier.positions - carrier.positions.mean(axis=0))[1:]
     heights = carrier.positions @ line[0]
     a, b = int(heights.argmin()), int(heights.argmax())
