@@ -84,6 +84,10 @@ class MeshFile(Strict):
         description="Kilograms per unit of mass of the file, whose time is in seconds, for its point masses and"
         " springs: 1000 for mm, t and N; default: 1, if its densities are in kg/m^3",
     )
+    materials: bool = Field(
+        default=False,
+        description="Take the materials and orientations of a deck, in place of the component's `material`",
+    )
     surfaces: dict[Name, SurfaceShape] = Field(
         default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
     )
@@ -101,7 +105,7 @@ class MeshFile(Strict):
         from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets, stated_materials
         from gudgeon.pipeline.geometry.decks.solids import solid_of
 
-        deck = self._deck()
+        deck = self.deck()
         notes = [*left_out(deck, self.leave_out, self.path), *self._unit_notes(deck)]
         solid = solid_of(deck, scaled_points(deck.points, self.unit, self.path), self.path)
         used = np.unique(np.concatenate([block.nodes.ravel() for block in solid.blocks]))
@@ -144,7 +148,8 @@ class MeshFile(Strict):
         refuse_pieces(record, self.path)
         return record
 
-    def _deck(self) -> "Deck":
+    def deck(self) -> "Deck":
+        """Return what the file says; errors as of `build`."""
         from gudgeon.pipeline.geometry.decks.model import Scope
         from gudgeon.pipeline.geometry.decks.reading import read_deck
 

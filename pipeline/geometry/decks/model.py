@@ -177,6 +177,20 @@ class Omission(NamedTuple):
     """Whether the body's mass or stiffness differs without it; loads, supports and steps are the scene's."""
 
 
+class Section(NamedTuple):
+    """Elements and their material."""
+
+    elements: str
+    """Name of their set; empty of all."""
+    source: Source
+    constants: Mapping[str, float]
+    """E, nu and rho where they are stated, in the file's units."""
+    orthotropic: Mapping[str, tuple[float, ...]] | None
+    """E, nu and G, three each in the order 12, 13, 23; None of an isotropic material, or of one of other constants."""
+    axes: np.ndarray | None
+    """Directions 1, 2, 3 as columns, (3, 3); None of systems that are not Cartesian."""
+
+
 @dataclass(frozen=True)
 class Deck:
     """Nodes, elements and sets, by labels of the file."""
@@ -205,6 +219,7 @@ class Deck:
     omissions: tuple[Omission, ...] = ()
     materials: tuple[tuple[Source, Mapping[str, float]], ...] = ()
     """Isotropic constants of each material: E, nu and rho where they are stated, in the file's units."""
+    sections: tuple[Section, ...] = ()
     length_unit: tuple[Source, float] | None = None
     """Metres per unit of length, where the file states it."""
 
@@ -245,6 +260,7 @@ def deck_of(
     dependent: np.ndarray | None = None,
     omissions: Iterable[Omission] = (),
     materials: Sequence[tuple[Source, Mapping[str, float]]] = (),
+    sections: Sequence[Section] = (),
 ) -> Deck:
     """Return a deck with its nodes in ascending order and blocks of one type and kind joined.
 
@@ -266,6 +282,7 @@ def deck_of(
         node_sets=dict(node_sets or {}),
         side_sets=dict(side_sets or {}), element_sets=dict(element_sets or {}), couplings=tuple(couplings),
         links=tuple(links), masses=tuple(masses), sums=tuple(sums), ties=tuple(ties), materials=tuple(materials),
+        sections=tuple(sections),
         directions=dict(directions or {}),
         dependent=np.empty(0, int) if dependent is None else np.unique(dependent),
     )  # fmt: skip

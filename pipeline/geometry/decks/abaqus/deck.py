@@ -282,7 +282,7 @@ def _deck(
         labels, points, blocks, path, node_sets=node_sets, side_sets=side_sets, element_sets=element_sets,
         couplings=members.couplings, links=members.links, masses=members.masses, sums=members.sums, ties=members.ties,
         directions=directions, dependent=_dependent(members, node_sets, side_sets, blocks), omissions=omissions,
-        materials=extras.materials,
+        materials=extras.materials.stated, sections=extras.materials.sections(axes.turn),
     )  # fmt: skip
 
 

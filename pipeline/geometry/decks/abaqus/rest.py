@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword
+from gudgeon.pipeline.geometry.decks.abaqus.materials import Materials
 from gudgeon.pipeline.geometry.decks.abaqus.members import Stated
 from gudgeon.pipeline.geometry.decks.model import Block, Omission, Source
 
@@ -75,7 +76,7 @@ class Rest:
         self._sections: set[str] = set()
         self._step = False
         self.stated = Stated()
-        self.materials: list[tuple[Source, dict[str, float]]] = []
+        self.materials = Materials()
 
     def take(self, keyword: Keyword) -> None:
         """Take a keyword that is no node, element, set or surface.
@@ -97,7 +98,7 @@ class Rest:
             self._omit(keyword, ALTERING[name])
         elif name not in SILENT:
             self._omit(keyword, "is not known here")
-        self._material(keyword)
+        self.materials.take(keyword)
         self.stated.take(keyword)
         if name in SECTIONS or (name == "SOLID SECTION"):
             self._sections.add(keyword.options.get("ELSET", "").casefold())
@@ -127,18 +128,6 @@ class Rest:
     def _omit(self, keyword: Keyword, text: str, name: str = "", *, alters: bool = True) -> None:
         self._omissions.append(Omission(name or keyword.name, keyword.source, text, alters))
 
-    def _material(self, keyword: Keyword) -> None:
-        if keyword.name == "MATERIAL":
-            self.materials.append((keyword.source, {}))
-        elif self.materials and keyword.rows and keyword.name in ("ELASTIC", "DENSITY"):
-            values, constants = keyword.rows[0].reals(), self.materials[-1][1]
-            if keyword.name == "DENSITY":
-                constants["rho"] = values[0]
-            elif keyword.options.get("TYPE", "ISO").upper().startswith("ISO"):
-                constants |= dict(zip(("E", "nu"), values, strict=False))
-            else:
-                constants["anisotropic"] = 1.0
-
 
 def joined(rests: Sequence[Rest]) -> Rest:
     """Return what several bodies of a deck say, of which the first is the chosen one."""
@@ -147,7 +136,8 @@ def joined(rests: Sequence[Rest]) -> Rest:
         total._omissions += extras._omissions
         total._faces += extras._faces
         total._sections |= extras._sections
-        total.materials += extras.materials
+        total.materials.add(extras.materials)
+    total.materials.assigned(rests[0].materials)
     return total
 
 

@@ -11,12 +11,14 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS
+from gudgeon.pipeline.geometry.decks.constants import engineering_constants
 from gudgeon.pipeline.geometry.decks.model import (
     MISSING,
     Block,
     Deck,
     Omission,
     Scope,
+    Section,
     Source,
     deck_of,
 )
@@ -40,6 +42,10 @@ CARDS: Mapping[str, tuple[Choice, ...]] = {
     "CROD": (("line", 2, ()),),
 }  # fmt: skip
 """Cells by card: name, nodes, and their order where it differs: Nastran numbers upright edges before upper ones."""
+TWO_POINTS, BUBBLES = ", IN = TWO", ", ISOP = REDUCED"
+"""Of hexahedra: two points each way, and reduced shear, with bubble functions on eight nodes, which is the default."""
+SAME = 1e-9
+"""Entries of a stiffness, over the largest one, that are zero."""
 SHELLS = ("CTRIA3", "CTRIA6", "CTRIAR", "CQUAD4", "CQUAD8", "CQUADR", "CROD")
 """Faces and lines, structural only with a property."""
 HARMLESS = re.compile(
@@ -90,7 +96,7 @@ def read_nastran(path: str, scope: Scope) -> Deck:
     return deck_of(
         labels, points, blocks, path, node_sets=node_sets, element_sets=element_sets, couplings=couplings,
         links=links, masses=masses, sums=sums, directions=directions, dependent=np.array(dependent, np.int64),
-        materials=_materials(by_name),
+        materials=_materials(by_name), sections=_sections(by_name, grids),
         omissions=_omissions(by_name, {item.source for item in (*couplings, *links, *masses, *sums)}),
     )  # fmt: skip
 
@@ -99,16 +105,27 @@ def _elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Block], dict[int,
     """Return the elements, and those of each property; mid-edge nodes may be blank."""
     blocks: list[Block] = []
     properties: dict[int, list[int]] = {}
+    integrated = {card.integer(0): _integration(card) for card in by_name.get("PSOLID", [])}
     for name, choices in CARDS.items():
-        rows: dict[str, list[list[int]]] = {}
+        rows: dict[tuple[str, str], list[list[int]]] = {}
         for card in by_name.get(name, []):
             cell, row = _element(card, choices)
-            rows.setdefault(cell, []).append(row)
-            properties.setdefault(card.integer(1, row[0]), []).append(row[0])
-        for cell, table in rows.items():
+            label = card.integer(1, row[0])
+            kind = integrated.get(label, BUBBLES) if name == "CHEXA" else ""
+            rows.setdefault((cell, f"{name}{kind}"), []).append(row)
+            properties.setdefault(label, []).append(row[0])
+        for (cell, kind), table in rows.items():
             data = np.array(table, np.int64)
-            blocks.append(Block(CELLS[cell], data[:, 0], data[:, 1:], name))
+            blocks.append(Block(CELLS[cell], data[:, 0], data[:, 1:], kind))
     return blocks, properties
+
+
+def _integration(card: Card) -> str:
+    """Return how hexahedra of a PSOLID are integrated: by its fields IN and ISOP."""
+    points, shear = card.text(3).upper(), card.text(5).upper()
+    if points in ("2", "TWO"):
+        return TWO_POINTS
+    return "" if shear in ("1", "FULL") else BUBBLES
 
 
 def _element(card: Card, choices: Sequence[Choice]) -> tuple[str, list[int]]:
@@ -153,13 +170,51 @@ def _omitted(name: str) -> str:
     return ALTERING.get(name, "elements that are no solids" if name[0] == "C" else "")
 
 
-def _materials(by_name: Mapping[str, list[Card]]) -> list[tuple[Source, dict[str, float]]]:
-    materials: list[tuple[Source, dict[str, float]]] = []
+def _isotropic(by_name: Mapping[str, list[Card]]) -> list[tuple[Card, dict[str, float]]]:
+    """Return the constants of each MAT1."""
+    materials = []
     for card in by_name.get("MAT1", []):
         E, G, nu, rho = (card.real(k) if card.text(k) else None for k in (1, 2, 3, 4))
         if nu is None and E and G:
             nu = E / (2 * G) - 1
         constants = {"E": E, "nu": nu, "rho": None if rho is None else rho * mass_factor(by_name)}
-        materials.append((card.source, {key: value for key, value in constants.items() if value is not None}))
+        materials.append((card, {key: value for key, value in constants.items() if value is not None}))
+    return materials
+
+
+def _materials(by_name: Mapping[str, list[Card]]) -> list[tuple[Source, dict[str, float]]]:
+    materials = [(card.source, constants) for card, constants in _isotropic(by_name)]
     materials += [(card.source, {"anisotropic": 1.0}) for n in ("MAT9", "MAT11") for card in by_name.get(n, [])]
     return materials
+
+
+def _sections(by_name: Mapping[str, list[Card]], grids: Grids) -> list[Section]:
+    """Return the material of the elements of each PSOLID, of MAT1 or of an orthotropic MAT9."""
+    isotropic = {card.integer(0): constants for card, constants in _isotropic(by_name)}
+    anisotropic = {card.integer(0): card for card in by_name.get("MAT9", [])}
+    sections = []
+    for card in by_name.get("PSOLID", []):
+        material, system = card.integer(1, 0), card.integer(2, 0)
+        name = str(card.integer(0))
+        if material in isotropic:
+            sections.append(Section(name, card.source, isotropic[material], None, np.eye(3)))
+        elif material in anisotropic:
+            rho = anisotropic[material].real(22) * mass_factor(by_name)
+            plain = system >= 0 and grids.rectangular(system)
+            axes = grids.axes_at(system, np.zeros(3), card.source) if plain else None
+            sections.append(Section(name, card.source, {"rho": rho, "anisotropic": 1.0},
+                                    _orthotropic(anisotropic[material]), axes))  # fmt: skip
+    return sections
+
+
+def _orthotropic(card: Card) -> dict[str, tuple[float, ...]] | None:
+    """Return the constants of a MAT9 whose shears are apart; its directions are 11, 22, 33, 12, 23, 31."""
+    G = np.zeros((6, 6))
+    upper = zip(*np.triu_indices(6), strict=True)
+    for k, (i, j) in enumerate(upper):
+        G[i, j] = G[j, i] = card.real(1 + k)
+    apart = G.copy()
+    apart[:3, :3] = 0.0
+    if np.abs(apart - np.diag(np.diag(apart))).max() > SAME * np.abs(G).max():
+        return None
+    return engineering_constants(G[:3, :3], (G[3, 3], G[5, 5], G[4, 4]))

@@ -79,6 +79,10 @@ class Grids:
         sine, cosine = flat / radius, arm[2] / radius
         return axes.turn @ np.column_stack([sine * radial + cosine * upward, cosine * radial - sine * upward, around])
 
+    def rectangular(self, system: int) -> bool:
+        """Return whether a system is Cartesian."""
+        return not system or (system in self._cards and self._cards[system][0].name[5] == "R")
+
     def position(self, label: int, source: Source) -> np.ndarray:
         """Return a grid point in the basic system, (3,)."""
         return self._grid(label, source)
