@@ -12,6 +12,7 @@ import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.ansys.cells import Row, blocks_of_rows
+from gudgeon.pipeline.geometry.decks.ansys.materials import Materials
 from gudgeon.pipeline.geometry.decks.model import (
     AXIAL,
     Deck,
@@ -87,9 +88,11 @@ def read_ansys(path: str, scope: Scope) -> Deck:
         raise InputError(f"{path}: has no {'solid elements (EBLOCK)' if len(labels) else 'block of nodes (NBLOCK)'};"
                          " allowed: an archive of CDWRITE")  # fmt: skip
     blocks = blocks_of_rows(archive.rows, archive.full)
+    sections, materials = archive.materials.sections(archive.rows)
     return deck_of(
         labels, np.concatenate(archive.points), blocks, path, node_sets=archive.node_sets,
-        element_sets=archive.element_sets, masses=archive.masses(), sums=archive.sums(),
+        element_sets=materials | archive.element_sets, materials=archive.materials.stated, sections=sections,
+        masses=archive.masses(), sums=archive.sums(),
         directions=archive.directions,
         omissions=archive.omissions.values(),
     )  # fmt: skip
@@ -115,6 +118,7 @@ class _Archive:
         self._equations: dict[int, tuple[Source, list[Term]]] = {}
         self._terms: list[Term] = []
         self.directions: dict[int, np.ndarray] = {}
+        self.materials = Materials()
 
     def read(self) -> None:
         """Read all commands."""
@@ -146,6 +150,8 @@ class _Archive:
             )
         if keyword == "CP" and len(words) > 5 and self._read_coupled(words):
             return
+        if keyword in ("MP", "MPDATA") and len(words) > (6 if keyword == "MPDATA" else 3):
+            self.materials.take(words, self.lines.source)
         if keyword == "CE" and self._read_equation(words):
             return
         if keyword in ALTERING:
@@ -250,7 +256,7 @@ class _Archive:
             type_number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
             members = {(MASS21, 1): self._masses, (COMBIN14, 2): self._springs}.get((type_number, count))
             if type_number in SOLIDS:
-                self.rows.append(Row(row[LABEL], type_number, row[TYPE], nodes[:count], source))
+                self.rows.append(Row(row[LABEL], type_number, row[TYPE], nodes[:count], source, row[0]))
             elif members is not None:
                 members.append((row[TYPE], row[CONSTANTS], nodes[:count], name, source))
             elif type_number not in DRAWN:

@@ -29,6 +29,8 @@ class Row(NamedTuple):
     type_id: int
     nodes: list[int]
     source: Source
+    material: int = 0
+    """Its number."""
 
 
 def blocks_of_rows(rows: list[Row], full: set[int]) -> list[Block]:
