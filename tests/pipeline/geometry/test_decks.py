@@ -276,3 +276,21 @@ def test_twisted_and_mirrored_bricks(tmp_path: Path) -> None:
     _, facets, _ = sides_of(cell_blocks(mesh))
     a, b, c = np.moveaxis(mesh.nodes[facets[:, :3]], 1, 0)
     assert (np.einsum("fi,fi->f", np.cross(b - a, c - a), a - HEX.mean(axis=0)) > 0).all()
+
+
+def test_a_part_has_the_sets_and_members_of_its_assembly(tmp_path: Path) -> None:
+    """Sets by the instance's name; of an only instance also its masses, in the axes of the part."""
+    path = tmp_path / "part.inp"
+    path.write_text(TWO)
+    assert {"I-1.TIP", "I-2.TIP"} <= read(path, part="P").surfaces.keys()
+    mass = "*ELEMENT, TYPE=MASS, ELSET=M\n1, I-2.4\n*MASS, ELSET=M\n0.3\n*END ASSEMBLY\n"
+    only = TWO.replace("*INSTANCE, NAME=I-1, PART=P\n*END INSTANCE\n", "").replace("I-1.FOOT, ", "")
+    path.write_text(only.replace("*END ASSEMBLY\n", mass).replace("0, 0, 7\n", "0, 0, 7\n0, 0, 0, 0, 0, 1, 90\n"))
+    mesh = read(path, part="P")
+    assert same(mesh)
+    assert "I-2.TIP" in mesh.surfaces
+    (attachment,) = mesh.attachments.values()
+    np.testing.assert_allclose(attachment.point, POINTS[3], atol=1e-12)
+    moved = read(path, instance="I-2")
+    assert "TIP" in moved.surfaces
+    np.testing.assert_allclose(next(iter(moved.attachments.values())).point, [0, 1, 11], atol=1e-12)
