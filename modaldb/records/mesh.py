@@ -63,10 +63,13 @@ class Attachment:
     point: Array = field(metadata=rule("3", unit="m", name="position of the point"))
     """[m], (3,)."""
     kind: str
-    """`rbe2`: the nodes move with it as a rigid body; `rbe3`: it has their mean motion, all nodes of the same weight;
-    `node`: it is the node."""
+    """`rbe2`: the nodes move with it as a rigid body; `rbe3`: it has their mean motion; `node`: it is the node."""
     mass: float
-    """[kg], without inertia of rotation; zero if it has none."""
+    """[kg]; zero if it has none."""
+    weights: Array | None = field(default=None, metadata=rule("k'", unit="1", name="weights of the nodes"))
+    """Of the nodes in the mean motion, (k,); None of equal ones."""
+    inertia: Array | None = field(default=None, metadata=rule("3 3", unit="kg m^2", name="inertia about the point"))
+    """About the point [kg m^2], (3, 3); None without one."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,9 @@ from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
 
+MESHES = (".msh", ".vtu", ".vtk", ".mesh")
+"""Endings of mesh files beside those of families of decks."""
+
 
 def faces_command(options: argparse.Namespace) -> int:
     """List and draw the faces of a CAD part; list the sets and couplings of a model of another program."""
@@ -41,9 +44,21 @@ def _list_sets(options: argparse.Namespace) -> int:
 
 def new_command(options: argparse.Namespace) -> int:
     """Write a scene of a part."""
-    from gudgeon.pipeline.drafts.scene import write_draft
+    from gudgeon.pipeline.geometry.decks.reading import FAMILIES
+    from gudgeon.pipeline.geometry.numbers import CAD_KINDS
 
-    folder, notes = write_draft(options.file, _unit(options.unit), _solids(options.solid), options.folder)
+    unit = _unit(options.unit)
+    ending = Path(options.file).suffix.lower()
+    if ending in FAMILIES or ending in MESHES:
+        from gudgeon.pipeline.drafts.decks import write_deck_draft
+
+        if options.solid:
+            raise InputError(f"--solid: given with {options.file}; allowed: with {', '.join(CAD_KINDS)} and .geo")
+        folder, notes = write_deck_draft(options.file, unit, options.folder)
+    else:
+        from gudgeon.pipeline.drafts.scene import write_draft
+
+        folder, notes = write_draft(options.file, unit, _solids(options.solid), options.folder)
     for note in notes:
         print(f"gudgeon: {note}", file=sys.stderr)
     print(f"{folder / 'scene.toml'}: try `gudgeon run {shlex.quote(str(folder))}`")

@@ -12,7 +12,10 @@ import numpy as np
 from gudgeon.pipeline.drafts.faces import Look, look_at, surface_name
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face
+from gudgeon.pipeline.geometry.cad.reading import solid_names
+from gudgeon.pipeline.geometry.numbers import CAD_KINDS
 from gudgeon.pipeline.geometry.surfaces import cylindrical
+from gudgeon.pipeline.process.call import called_apart
 
 ELEMENTS = 3000
 """About as many a draft's mesh has."""
@@ -90,24 +93,61 @@ def write_draft(
         InputError: the file is no part, or the folder exists or cannot be written.
         StageError: gmsh failed.
     """
+    folder = free_folder(file, folder)
+    if not solids and Path(file).suffix.lower() in CAD_KINDS:
+        from gudgeon.pipeline.drafts.assembly import assembly_text
+
+        names = called_apart(file, "gmsh", solid_names, file)
+        if len(names) > 1:
+            text, notes = assembly_text(file, unit, names, folder)
+            write_scene(file, [file], folder, text)
+            return folder, notes
+    look = look_at(file, unit, solids, None)
+    write_scene(file, [file], folder, draft(look, unit, solids))
+    return folder, look.notes
+
+
+def free_folder(file: str, folder: Path | None) -> Path:
+    """Return the folder of a draft of a file.
+
+    Raises:
+        InputError: it exists.
+    """
     folder = folder or Path(Path(file).stem)
     if folder.exists():
         raise InputError(f"new: {folder} exists; name another folder, as in `--folder {folder}-2`")
-    look = look_at(file, unit, solids, None)
-    text = draft(look, unit, solids)
+    return folder
+
+
+def write_scene(file: str, files: Sequence[str], folder: Path, text: str) -> None:
+    """Write a folder with a scene and copies of the files that it reads.
+
+    Args:
+        file: That the draft is of.
+        files: It, and others that it names, whose places from its folder are kept.
+
+    Raises:
+        InputError: the folder cannot be written, or a file is outside the folder of the first.
+    """
+    base = Path(file).parent.resolve()
     try:
         folder.mkdir(parents=True)
-        shutil.copyfile(file, folder / Path(file).name)
+        for name in files:
+            path = Path(name).resolve()
+            if not path.is_relative_to(base):
+                raise InputError(f"new: {file} names {name}, which is not in its folder; allowed: files in it or below")
+            target = folder / path.relative_to(base)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
         (folder / "scene.toml").write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"new: {error.filename or folder}: {error.strerror or error}") from error
-    return folder, look.notes
 
 
 def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
     """Return the text of a scene of a part."""
     file = Path(look.path).name
-    name = _name(Path(look.path).stem)
+    name = toml_name(Path(look.path).stem)
     impact = impact_of(look)
     extents = look.extents
     size = mesh_size(look)
@@ -125,7 +165,7 @@ def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
         more=_more(name, _bore(look, chosen)), velocity=_list(SPEED * impact.direction), point=_list(foot),
         normal=_list(-impact.direction), duration=duration,
     )  # fmt: skip
-    return "\n".join(_aligned(line) for line in text.split("\n"))
+    return "\n".join(aligned(line) for line in text.split("\n"))
 
 
 def impact_of(look: Look) -> Impact:
@@ -191,13 +231,13 @@ def _more(name: str, bore: Face | None) -> str:
     return "\n" + "\n".join(lines)
 
 
-def _aligned(line: str) -> str:
+def aligned(line: str) -> str:
     """Return a line of a scene with its comment, which follows two spaces, at the column of all comments."""
     code, separator, comment = line.rpartition("  # ")
     return f"{code:{COLUMN}}  # {comment}" if separator else line
 
 
-def _name(stem: str) -> str:
+def toml_name(stem: str) -> str:
     """Return a name of a component and a body that TOML needs no quotes for."""
     name = "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in stem).strip("-")
     return name or "part"

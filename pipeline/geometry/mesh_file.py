@@ -84,6 +84,10 @@ class MeshFile(Strict):
         description="Kilograms per unit of mass of the file, whose time is in seconds, for its point masses and"
         " springs: 1000 for mm, t and N; default: 1, if its densities are in kg/m^3",
     )
+    materials: bool = Field(
+        default=False,
+        description="Take the materials and orientations of a deck, in place of the component's `material`",
+    )
     surfaces: dict[Name, SurfaceShape] = Field(
         default={}, description="True shapes by name; a name that is not in the file gets the facets on its shape"
     )
@@ -96,11 +100,12 @@ class MeshFile(Strict):
                 that the body would not have and `leave_out` does not name.
         """
         from gudgeon.pipeline.geometry.decks.members.attached import attached_notes, attachments, with_middles
+        from gudgeon.pipeline.geometry.decks.members.carriers import Placed, carriers_of
         from gudgeon.pipeline.geometry.decks.members.related import related_notes, relations
         from gudgeon.pipeline.geometry.decks.naming import left_out, named_cells, named_facets, stated_materials
         from gudgeon.pipeline.geometry.decks.solids import solid_of
 
-        deck = self._deck()
+        deck = self.deck()
         notes = [*left_out(deck, self.leave_out, self.path), *self._unit_notes(deck)]
         solid = solid_of(deck, scaled_points(deck.points, self.unit, self.path), self.path)
         used = np.unique(np.concatenate([block.nodes.ravel() for block in solid.blocks]))
@@ -109,9 +114,10 @@ class MeshFile(Strict):
         nodes = solid.points[used]
         blocks = [Block(block.cell, block.rows, new_row[block.nodes]) for block in solid.blocks]
         deck_rows, deck_count = new_row[: solid.deck_count], int(np.searchsorted(used, solid.deck_count))
-        placed = solid.points[: solid.deck_count], deck_rows, self.mass_unit, self.path
-        attached = attachments(deck, self.leave_out, *placed)
-        related = relations(deck, self.leave_out, *placed)
+        placed = Placed(solid.points[: solid.deck_count], deck_rows, self.unit, self.mass_unit, self.path)
+        carriers = carriers_of(deck, self.leave_out, placed)
+        attached = attachments(deck, self.leave_out, carriers, placed)
+        related = relations(deck, self.leave_out, carriers, placed)
         faces = boundary_facets(blocks, self.path)[1]
         members = named_facets(deck, faces, new_row, 2, deck_count)
         shapes: dict[str, SurfaceRule] = {name: s.model_dump(mode="json") for name, s in self.surfaces.items()}
@@ -142,7 +148,8 @@ class MeshFile(Strict):
         refuse_pieces(record, self.path)
         return record
 
-    def _deck(self) -> "Deck":
+    def deck(self) -> "Deck":
+        """Return what the file says; errors as of `build`."""
         from gudgeon.pipeline.geometry.decks.model import Scope
         from gudgeon.pipeline.geometry.decks.reading import read_deck
 

@@ -1,6 +1,6 @@
 """Point masses on a surface: their place moves with the mean motion of the surface, as the point of an RBE3 tie.
 
-With the rows W of the tie, its translation and rotation over the dofs, M′ = M + Wᵀ diag(m, m, m, J) W. A rigid motion
+With the rows W of the tie, its translation and rotation over the dofs, M′ = M + Wᵀ diag(m I, J) W. A rigid motion
 of the surface is one of the point, so that mass, centre and inertia of the body are exact.
 """
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import sparse
+from scipy import linalg, sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import InputError
@@ -45,21 +45,21 @@ def with_point_masses(model: FEModel, component: Component, key: str) -> FEModel
     Raises:
         InputError: the mesh has no such surface, or it has too few or too many nodes.
     """
-    attached = [a for a in model.mesh.attachments.values() if a.mass]
+    attached = [a for a in model.mesh.attachments.values() if a.mass or a.inertia is not None]
     if not component.point_mass and not attached:
         return model
     M, properties = model.M, model.properties
     carried = [
-        (_carrier(model, component, mass, f"{key}.point_mass.{name}"), mass.mass, np.array(mass.inertia or np.zeros(3)))
+        (_carrier(model, component, mass, f"{key}.point_mass.{name}"), mass.mass, np.diag(mass.inertia or np.zeros(3)))
         for name, mass in component.point_mass.items()
     ]
-    carried += [(attached_tie(model.mesh, a), a.mass, np.zeros(3)) for a in attached]
+    none = np.zeros((3, 3))
+    carried += [(attached_tie(model.mesh, a), a.mass, none if a.inertia is None else a.inertia) for a in attached]
     for tie, mass, inertia in carried:
         W = tie_rows(model, tie).B
-        masses = np.concatenate([np.full(3, mass), inertia])
-        weight = (np.abs(tie.twists) @ masses)[:, None]
-        M = sparse.csr_matrix(M + W.T @ sparse.csr_matrix(W.multiply(weight)))
-        properties = _joined(properties, MassProperties(mass, tie.point, np.diag(inertia)))
+        point_inertia = tie.twists @ linalg.block_diag(mass * np.eye(3), inertia) @ tie.twists.T
+        M = sparse.csr_matrix(M + W.T @ sparse.csr_matrix(sparse.csr_matrix(point_inertia) @ W))
+        properties = _joined(properties, MassProperties(mass, tie.point, inertia))
     M.sort_indices()
     heavier = replace(model, M=sparse.csr_matrix(0.5 * (M + M.T)), properties=properties, added_mass=True)
     return replace(heavier, rigid_twists=_twists(model, heavier))

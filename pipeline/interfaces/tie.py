@@ -21,6 +21,7 @@ from gudgeon.modaldb.records.mesh import Attachment, MeshRecord
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.decks.members.motion import mean_motion
 from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.loads import LoadRows
 from gudgeon.pipeline.interfaces.points import ON_A_LINE, facet_points
@@ -96,14 +97,11 @@ def tie_of(mesh: MeshRecord, interface: Interface, key: str) -> Tie:
 
 
 def attached_tie(mesh: MeshRecord, attachment: Attachment) -> Tie:
-    """Return how a point of a deck moves with its nodes: as a node, or by least squares over all, of equal weight."""
+    """Return how a point of a deck moves with its nodes: as a node, or by least squares over all."""
     if attachment.kind == "node":
         return Tie(attachment.nodes, attachment.point, np.eye(6)[:3], np.eye(3)[:, None, :])
-    tie = Tie(attachment.nodes, attachment.point, np.eye(6), np.empty((6, 0, 3)))
-    P = tie.rigid(mesh.nodes[tie.nodes]).reshape(-1, 6)
-    scale = np.linalg.norm(P, axis=0)
-    weights = np.linalg.pinv(P / scale) / scale[:, None]
-    return replace(tie, weights=weights.reshape(6, -1, 3))
+    weights = mean_motion(mesh.nodes[attachment.nodes], attachment.point, attachment.weights)
+    return Tie(attachment.nodes, attachment.point, np.eye(6), weights)
 
 
 def rigid_ties(mesh: MeshRecord, ties: Mapping[str, Tie]) -> dict[str, Tie]:

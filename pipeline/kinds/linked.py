@@ -17,7 +17,7 @@ def body_job(scene_place: Place) -> Job:
     Raises:
         InputError: a mistake in it, every one listed, or in a scene of conductors that it names.
     """
-    scene_place, lines = _with_found(scene_place)
+    scene_place, lines = _with_found(_with_materials(scene_place))
     linked = _fields(scene_place)
     keys: dict[str, Any] = {}
     for name, field in linked.items():
@@ -26,6 +26,19 @@ def body_job(scene_place: Place) -> Job:
     if keys:
         scene_place = replace(scene_place, tables=merged(scene_place.tables, {"force": keys}))
     return replace(contact_job(scene_place), found=lines, linked=tuple(linked.values()))
+
+
+def _with_materials(scene_place: Place) -> Place:
+    """Return a scene whose components have the materials of the decks from which they take them."""
+    components = scene_place.tables.get("component")
+    geometries = (
+        [c.get("geometry") for c in components.values() if isinstance(c, dict)] if isinstance(components, dict) else []
+    )
+    if not any(isinstance(geometry, dict) and geometry.get("materials") is True for geometry in geometries):
+        return scene_place
+    from gudgeon.pipeline.drafts.deck_materials import with_materials  # Here: only scenes with it read decks first.
+
+    return with_materials(scene_place)
 
 
 def _with_found(scene_place: Place) -> tuple[Place, tuple[str, ...]]:

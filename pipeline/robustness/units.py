@@ -157,9 +157,12 @@ def rescaled_mesh(mesh: MeshRecord, units: Units) -> MeshRecord:
     }
     system = None if mesh.system is None else _rescaled_system(mesh.system, units)
     attachments = {
-        name: replace(item, point=item.point * units.length, mass=item.mass * units.of("kg"))
+        name: replace(
+            item, point=item.point * units.length, mass=item.mass * units.of("kg"),
+            inertia=None if item.inertia is None else item.inertia * units.of("kg m^2"),
+        )
         for name, item in mesh.attachments.items()
-    }
+    }  # fmt: skip
     relations = {
         name: replace(item, stiffness=item.stiffness * units.of("N/m")) for name, item in mesh.relations.items()
     }

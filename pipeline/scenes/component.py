@@ -135,7 +135,8 @@ class Component(Meshed):
     def _deforms(cls, value: Material | None, info: ValidationInfo) -> Material | None:
         kind = _kind(info)
         if value is None and kind not in ("rigid", "matrices", None):
-            raise ValueError(f"is missing; geometry '{kind}' needs E, nu and rho")
+            also = ", or geometry.materials = true for those of a deck" if kind == "file" else ""
+            raise ValueError(f"is missing; geometry '{kind}' needs E, nu and rho{also}")
         if value is not None and kind == "rigid":
             raise ValueError("given, but geometry 'rigid' states its own mass; remove the key")
         return value

@@ -8,7 +8,7 @@ from typing import Any
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.units import kind_of_file
-from gudgeon.pipeline.geometry.occ import read_file
+from gudgeon.pipeline.geometry.occ import meshing, read_file
 from gudgeon.pipeline.geometry.quiet import quiet_stdout
 from gudgeon.pipeline.process.call import at_most
 
@@ -79,6 +79,24 @@ def solid_volume(gmsh: Any, tag: int) -> float:
         return float(gmsh.model.occ.getMass(3, tag))
     except Exception:  # gmsh raises bare Exceptions
         return math.nan
+
+
+def solid_names(path: str) -> dict[int, str]:
+    """Return the name of each solid of a CAD file by number, empty where it has none.
+
+    Raises:
+        InputError: the file is missing or damaged.
+        StageError: gmsh failed.
+    """
+    with meshing(1.0, {}, path) as gmsh:
+        try:
+            with quiet_stdout():
+                _load(gmsh, path, kind_of_file(path))
+        except InputError:
+            raise
+        except Exception as error:
+            raise InputError(f"{path}: cannot be read ({str(error).splitlines()[0]})") from error
+        return {tag: solid_name(gmsh, tag) for _, tag in gmsh.model.getEntities(3)}
 
 
 def _load(gmsh: Any, path: str, kind: str) -> None:

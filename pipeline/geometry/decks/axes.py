@@ -67,3 +67,13 @@ def from_z_x(origin: np.ndarray, z: np.ndarray, x: np.ndarray, source: Source) -
     across = np.cross(y, z)
     columns = [vector / np.linalg.norm(vector) for vector in (across, y, z)]
     return Axes(np.column_stack(columns), origin)
+
+
+def in_system(origin: np.ndarray, on_x: np.ndarray, in_plane: np.ndarray, source: Source) -> np.ndarray:
+    """Return the directions of axes by their origin, a point of x and one of the plane of x and y, as columns (3, 3).
+
+    Raises:
+        InputError: the points are on a line.
+    """
+    x = on_x - origin
+    return from_z_x(origin, np.cross(x, in_plane - origin), x, source).turn

@@ -84,19 +84,42 @@ class Coupling(NamedTuple):
     keyword: str = ""
     """Of the file, such as RBE2."""
     source: Source | None = None
-    """Where it stands; None of one that is more than `tie` says, such as an RBE3 of unequal weights."""
+    """Where it stands; None of one that is more than `tie` says, such as an RBE3 of some directions."""
+    weights: Mapping[int, float] | None = None
+    """Of the nodes in a mean motion, by label; None of equal ones."""
+    turns: bool = False
+    """Whether nodes of a rigid body have its rotation too, where other rigid elements share them."""
+
+
+class RigidLink(NamedTuple):
+    """Nodes that move as one rigid body, rotations included."""
+
+    nodes: tuple[int, ...]
+    """Their labels."""
+    keyword: str
+    """Of the file, such as RBAR."""
+    source: Source
 
 
 class PointMass(NamedTuple):
-    """A mass without inertia of rotation at a node."""
+    """A mass at a node or beside it."""
 
     node: int
     """Its label."""
     mass: float
-    """In the file's unit of mass."""
+    """In the file's unit of mass; zero of an inertia alone."""
     keyword: str
     """Of the file, such as CONM2."""
     source: Source
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of its centre from the node, in the file's unit of length."""
+    inertia: tuple[float, ...] = ()
+    """About its centre, row by row, nine numbers in the file's units; empty without any."""
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is a mass on the node alone."""
+        return not any(self.offset) and not any(self.inertia)
 
 
 class Term(NamedTuple):
@@ -105,10 +128,13 @@ class Term(NamedTuple):
     node: int
     """Its label."""
     direction: int
-    """0, 1, 2 for x, y, z, 3, 4, 5 for rotations about them, `AXIAL`."""
+    """0, 1, 2 for directions 1, 2, 3 of the node, 3, 4, 5 for rotations about them; more by `BASIC` for x, y, z; or
+    `AXIAL`."""
     coefficient: float
 
 
+BASIC = 6
+"""Added to directions that are those of the basic system, whatever the node's."""
 AXIAL = -1
 """Direction of a spring from its first node to its second one."""
 
@@ -151,6 +177,20 @@ class Omission(NamedTuple):
     """Whether the body's mass or stiffness differs without it; loads, supports and steps are the scene's."""
 
 
+class Section(NamedTuple):
+    """Elements and their material."""
+
+    elements: str
+    """Name of their set; empty of all."""
+    source: Source
+    constants: Mapping[str, float]
+    """E, nu and rho where they are stated, in the file's units."""
+    orthotropic: Mapping[str, tuple[float, ...]] | None
+    """E, nu and G, three each in the order 12, 13, 23; None of an isotropic material, or of one of other constants."""
+    axes: np.ndarray | None
+    """Directions 1, 2, 3 as columns, (3, 3); None of systems that are not Cartesian."""
+
+
 @dataclass(frozen=True)
 class Deck:
     """Nodes, elements and sets, by labels of the file."""
@@ -168,21 +208,26 @@ class Deck:
     element_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Labels of elements by name."""
     couplings: tuple[Coupling, ...] = ()
+    links: tuple[RigidLink, ...] = ()
     masses: tuple[PointMass, ...] = ()
     sums: tuple[Sum, ...] = ()
     ties: tuple[TiedSurfaces, ...] = ()
+    directions: Mapping[int, np.ndarray] = field(default_factory=dict)
+    """Directions 1, 2, 3 of nodes that have others than the basic ones, as columns (3, 3), by label."""
     dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     """Labels of nodes that equations or couplings express by others: a program may have eliminated them."""
     omissions: tuple[Omission, ...] = ()
     materials: tuple[tuple[Source, Mapping[str, float]], ...] = ()
     """Isotropic constants of each material: E, nu and rho where they are stated, in the file's units."""
+    sections: tuple[Section, ...] = ()
     length_unit: tuple[Source, float] | None = None
     """Metres per unit of length, where the file states it."""
 
     @property
-    def members(self) -> tuple[Coupling | PointMass | Sum | TiedSurfaces, ...]:
+    def members(self) -> tuple[Coupling | RigidLink | PointMass | Sum | TiedSurfaces, ...]:
         """What a body has of the deck beside its solid."""
-        return (*(c for c in self.couplings if c.source is not None), *self.masses, *self.sums, *self.ties)
+        couplings = (c for c in self.couplings if c.source is not None)
+        return (*couplings, *self.links, *self.masses, *self.sums, *self.ties)
 
     def rows(self, labels: np.ndarray, path: str) -> np.ndarray:
         """Return the places of labels among those of the nodes, in the same shape.
@@ -207,12 +252,15 @@ def deck_of(
     side_sets: Mapping[str, np.ndarray] | None = None,
     element_sets: Mapping[str, np.ndarray] | None = None,
     couplings: Sequence[Coupling] = (),
+    links: Sequence[RigidLink] = (),
     masses: Sequence[PointMass] = (),
     sums: Sequence[Sum] = (),
     ties: Sequence[TiedSurfaces] = (),
+    directions: Mapping[int, np.ndarray] | None = None,
     dependent: np.ndarray | None = None,
     omissions: Iterable[Omission] = (),
     materials: Sequence[tuple[Source, Mapping[str, float]]] = (),
+    sections: Sequence[Section] = (),
 ) -> Deck:
     """Return a deck with its nodes in ascending order and blocks of one type and kind joined.
 
@@ -233,13 +281,16 @@ def deck_of(
         labels=labels, points=points, blocks=_joined(blocks), omissions=tuple(omissions),
         node_sets=dict(node_sets or {}),
         side_sets=dict(side_sets or {}), element_sets=dict(element_sets or {}), couplings=tuple(couplings),
-        masses=tuple(masses), sums=tuple(sums), ties=tuple(ties), materials=tuple(materials),
+        links=tuple(links), masses=tuple(masses), sums=tuple(sums), ties=tuple(ties), materials=tuple(materials),
+        sections=tuple(sections),
+        directions=dict(directions or {}),
         dependent=np.empty(0, int) if dependent is None else np.unique(dependent),
     )  # fmt: skip
     for block in deck.blocks:
         _check_elements(deck, block, path)
     terms = (term.node for item in sums for term in item.terms)
-    deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses), *terms], int), path)
+    linked = (node for link in links for node in link.nodes)
+    deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses), *terms, *linked], int), path)
     return _without_members(deck)
 
 

@@ -14,6 +14,15 @@ NONE = -1
 """In place of a corner that a facet does not have."""
 
 
+class Omissible(InputError):
+    """What a deck says cannot be part of its body, and may be left out."""
+
+    def __init__(self, text: str, keywords: tuple[str, ...]) -> None:
+        super().__init__(text)
+        self.keywords = keywords
+        """Entries of `geometry.leave_out` that leave it out."""
+
+
 def left_out(deck: Deck, leave_out: Sequence[str], path: str) -> list[str]:
     """Return a line for what a deck says and the body does not have.
 
@@ -30,7 +39,8 @@ def left_out(deck: Deck, leave_out: Sequence[str], path: str) -> list[str]:
     _refuse_unknown(leave_out, have, path)
     allowed = {name.casefold() for name in leave_out}
     if missed := [omission for omission in altering if omission.keyword.casefold() not in allowed]:
-        raise InputError(f"{path}: {_not_taken_over(missed, leave_out, path)}")
+        keywords = tuple(dict.fromkeys(omission.keyword for omission in missed))
+        raise Omissible(f"{path}: {_not_taken_over(missed, leave_out, path)}", keywords)
     altering += [omission for omission in taken if omission.keyword.casefold() in allowed]
     notes = [f"{_where(o.source, path)}{o.keyword} is left out: {o.text}" for o in altering]
     return [*notes, *_noted([omission for omission in deck.omissions if not omission.alters])]

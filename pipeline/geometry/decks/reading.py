@@ -5,12 +5,12 @@ from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.decks.abaqus.deck import read_abaqus
-from gudgeon.pipeline.geometry.decks.ansys import read_ansys
+from gudgeon.pipeline.geometry.decks.ansys.archive import read_ansys
 from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
 from gudgeon.pipeline.geometry.decks.by_meshio import read_by_meshio
 from gudgeon.pipeline.geometry.decks.exodus import read_exodus
 from gudgeon.pipeline.geometry.decks.model import Deck, Scope
-from gudgeon.pipeline.geometry.decks.nastran import read_nastran
+from gudgeon.pipeline.geometry.decks.nastran.deck import read_nastran
 from gudgeon.pipeline.geometry.decks.unv import read_unv
 
 READABLE = (

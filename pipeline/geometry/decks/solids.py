@@ -15,10 +15,13 @@ FLAT = 1e-9
 """Least Jacobian at a corner by the longest edge cubed; slivers of aspect 1:1000 are at 1e-6."""
 MID_REACH = 0.35
 """How far a mid-edge node may lie from the middle of its chord, by the chord: an arc of 120° is at 0.29."""
-FORMULATIONS = {"C3D8I": "incompatible"} | dict.fromkeys(("C3D20R", "SOLID186", "SOLID95"), "reduced")
+FORMULATIONS = {"C3D8I": "incompatible"} | dict.fromkeys(
+    ("C3D20R", "SOLID186", "SOLID95", "CHEXA, IN = TWO"), "reduced"
+)
 """Of the record, by the name of an element; reduced integration is that of its hexahedra."""
 PLAIN = {
     **dict.fromkeys(("C3D8R", "C3D8RT", "C3D20RI"), "reduced integration"),
+    "CHEXA, ISOP = REDUCED": "reduced shear or bubble functions",
     **dict.fromkeys(("C3D4H", "C3D8H", "C3D10H", "C3D20H", "C3D15H", "C3D6H"), "a hybrid formulation"),
     "C3D10M": "a modified formulation", "C3D10I": "improved stress", "SOLID45": "extra shapes",
     "SOLID185": "B-bar or enhanced strain",

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.bulk import Card, read_cards
+from gudgeon.pipeline.geometry.decks.nastran.bulk import Card, read_cards
 from gudgeon.pipeline.geometry.matrices.model import Given, checked_symmetric, symmetric
 from gudgeon.pipeline.geometry.matrices.output4 import read_output4
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_dofs

@@ -103,7 +103,7 @@ def test_nodes_of_equations_depend_on_others(tmp_path: Path) -> None:
     (["*COUPLING, REF NODE=9001", "*KINEMATIC"], "*COUPLING without SURFACE"),
     (["*COUPLING, SURFACE=LID", "*KINEMATIC"], "*COUPLING without REF NODE"),
     (["*COUPLING, SURFACE=LID, REF NODE=77777", "*KINEMATIC"], "names node 77777, which the model does not have"),
-    (["*COUPLING, SURFACE=LID, REF NODE=LEAD", "*KINEMATIC"], "REF NODE=LEAD of 'LID'; allowed: the number of a node"),
+    (["*COUPLING, SURFACE=LID, REF NODE=LEADS", "*KINEMATIC"], "REF NODE=LEADS of 'LID'; allowed: the number"),
     (["*EQUATION", "two", "1, 1, 1."], "'two', expected the number of terms"),
 ])  # fmt: skip
 def test_a_damaged_coupling_is_one_line(tmp_path: Path, lines: list[str], said: str) -> None:

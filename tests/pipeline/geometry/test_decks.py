@@ -161,13 +161,14 @@ LEFT: dict[str, tuple[str, str, str]] = {
     "MASS": ("part.inp", BASE + "*ELEMENT, TYPE=MASS, ELSET=M\n9, 4\n*MASS, ELSET=M, TYPE=ANISOTROPIC\n1, 2\n",
              "line 13: MASS"),
     "COUPLING": ("part.inp", BASE + "*COUPLING, REF NODE=9, SURFACE=FOOT\n*KINEMATIC\n1, 2\n", "line 11: COUPLING"),
-    "EQUATION": ("part.inp", BASE + "*EQUATION\n2\nFOOT, 1, 1., 2, 1, -1.\n", "line 11: EQUATION"),
+    "EQUATION": ("part.inp", BASE + "*NSET, NSET=TWO\n1, 2\n*EQUATION\n2\nFOOT, 1, 1., TWO, 1, -1.\n",
+                 "line 13: EQUATION"),
     "SPRING": ("part.inp", BASE + "*ELEMENT, TYPE=SPRING1, ELSET=S\n9, 4\n*SPRING, ELSET=S, NONLINEAR\n1\n5\n",
                "line 13: SPRING"),
     "S3": ("part.inp", BASE + "*ELEMENT, TYPE=S3, ELSET=K\n9, 1, 2, 3\n*SHELL SECTION, ELSET=K\n1.\n", "line 11: S3"),
     "SC8R": ("part.inp", BASE + "*ELEMENT, TYPE=SC8R\n9, 1, 2, 3, 4, 1, 2, 3, 4\n", "line 11: SC8R"),
     "SOLID SECTON": ("part.inp", BASE + "*SOLID SECTON, ELSET=BODY\n", "line 11: SOLID SECTON"),
-    "CONM2": ("part.bdf", BDF["plain"] + "CONM2,5,4,,0.3,1.\n", "line 7: CONM2"),
+    "CONM1": ("part.bdf", BDF["plain"] + "CONM1,5,4,,0.3\n", "line 7: CONM1"),
     "RBE2": ("part.bdf", BDF["plain"] + "RBE2,5,4,12,1,2,3\n", "line 7: RBE2"),
     "CQUAD4": ("part.bdf", BDF["plain"] + "PSHELL,9,1,0.1\nCQUAD4,5,9,1,2,3,4\n", "line 8: CQUAD4"),
 }  # fmt: skip
@@ -275,3 +276,21 @@ def test_twisted_and_mirrored_bricks(tmp_path: Path) -> None:
     _, facets, _ = sides_of(cell_blocks(mesh))
     a, b, c = np.moveaxis(mesh.nodes[facets[:, :3]], 1, 0)
     assert (np.einsum("fi,fi->f", np.cross(b - a, c - a), a - HEX.mean(axis=0)) > 0).all()
+
+
+def test_a_part_has_the_sets_and_members_of_its_assembly(tmp_path: Path) -> None:
+    """Sets by the instance's name; of an only instance also its masses, in the axes of the part."""
+    path = tmp_path / "part.inp"
+    path.write_text(TWO)
+    assert {"I-1.TIP", "I-2.TIP"} <= read(path, part="P").surfaces.keys()
+    mass = "*ELEMENT, TYPE=MASS, ELSET=M\n1, I-2.4\n*MASS, ELSET=M\n0.3\n*END ASSEMBLY\n"
+    only = TWO.replace("*INSTANCE, NAME=I-1, PART=P\n*END INSTANCE\n", "").replace("I-1.FOOT, ", "")
+    path.write_text(only.replace("*END ASSEMBLY\n", mass).replace("0, 0, 7\n", "0, 0, 7\n0, 0, 0, 0, 0, 1, 90\n"))
+    mesh = read(path, part="P")
+    assert same(mesh)
+    assert "I-2.TIP" in mesh.surfaces
+    (attachment,) = mesh.attachments.values()
+    np.testing.assert_allclose(attachment.point, POINTS[3], atol=1e-12)
+    moved = read(path, instance="I-2")
+    assert "TIP" in moved.surfaces
+    np.testing.assert_allclose(next(iter(moved.attachments.values())).point, [0, 1, 11], atol=1e-12)

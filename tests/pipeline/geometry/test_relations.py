@@ -66,10 +66,10 @@ def test_sums_of_displacements_are_taken_over(name: str, tmp_path: Path) -> None
     (SPRING2.replace("9, 1, 4", "9, 1, 9"), "SPRING: node 9 is of no solid"),
     (SPRING2.replace("500.", "-5."), "SPRING: a stiffness of -5 given"),
     (SPRING2.replace("ELSET=SP\n1, 2", "ELSET=SP, NONLINEAR\n1, 2"), "SPRING is not taken over"),
-    ("*TRANSFORM, NSET=FOOT\n1, 0, 0, 0, 1, 0\n" + EQUATION, "EQUATION is not taken over"),
+    ("*TRANSFORM, NSET=FOOT\n1, 0, 0, 0, 1, 0\n" + SPRING2, "SPRING is not taken over"),
     (EQUATION.replace("4, 1, 1.", "4, 1, 0."), "the coefficient of the first term is 0"),
     (SPRING2 + "*MATERIAL, NAME=S\n*DENSITY\n7.8e-9\n", "density of 7.8e-09 is not in kg/m^3; geometry.mass_unit"),
-    ("*MPC\nBEAM, 1, 4\n", "MPC is not taken over"),
+    ("*MPC\nELBOW, 1, 4\n", "MPC is not taken over"),
 ])  # fmt: skip
 def test_what_is_no_sum_of_displacements_is_refused(text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "part.inp").write_text(BASE + text)
@@ -173,3 +173,191 @@ def test_a_rigid_element_on_supported_nodes_is_named_by_the_key_of_its_deck(tmp_
     words = r"^p.geometry: its deck has the rigid element rbe2_9, supports hold 6 of its 6 nodes; .* geometry.leave_out"
     with pytest.raises(InputError, match=words):
         reduced(read(tmp_path / "part.inp"), ("FOOT",))
+
+
+def sums_of_deck(path: Path, name: str, **more: object) -> list[dict[tuple[int, int], float]]:
+    """Return the coefficients of each sum by node from 1 and direction."""
+    record = read(path, **more).relations[name]
+    sums: list[dict[tuple[int, int], float]] = [{} for _ in record.stiffness]
+    for row, node, direction, c in zip(
+        record.rows.tolist(), record.nodes.tolist(), record.directions.tolist(), record.coefficients.tolist(),
+        strict=True,
+    ):  # fmt: skip
+        sums[row][node + 1, direction] = c
+    return sums
+
+
+R2 = 2**-0.5
+PERPENDICULAR = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\n"
+BUSHES: dict[str, tuple[str, list[dict[tuple[int, int], float]], list[float]]] = {
+    "in the basic system": ("CBUSH,9,7,1,,,,,0\n", [{(1, 0): 1.0}, {(1, 1): 1.0}], [5.0, 6.0]),
+    "in a system": (PERPENDICULAR + "CBUSH,9,7,1,,,,,5\n", [{(1, 1): 1.0}, {(1, 0): -1.0}], [5.0, 6.0]),
+    "of one place": ("GRID,8,,1.,0.,4.\nRBE2,6,8,123456,1,2,3\nCBUSH,9,7,4,8,,,,0\n",
+                     [{(4, 0): 1.0, (1, 0): -1.0, (3, 1): 0.0}], [5.0, 6.0]),
+}  # fmt: skip
+PBUSH = "PBUSH,7,K,5.,6.\n"
+
+
+@pytest.mark.parametrize("name", BUSHES)
+def test_springs_of_a_bush(name: str, tmp_path: Path) -> None:
+    text, sums, stiffness = BUSHES[name]
+    (tmp_path / "part.bdf").write_text(BDF["plain"] + PBUSH + text)
+    np.testing.assert_array_equal(read(tmp_path / "part.bdf").relations["springs"].stiffness, stiffness)
+    if name != "of one place":
+        assert sums_of_deck(tmp_path / "part.bdf", "springs") == sums
+
+
+def test_a_bush_between_led_points_strains_in_relative_motion_alone(tmp_path: Path) -> None:
+    """Its ends are apart: each end's rotation moves its middle; in rigid motions nothing strains."""
+    led = "GRID,8,,1.,0.5,4.\nGRID,9,,2.,0.5,1.\nRBE3,5,,8,123456,1.,123,1,2\n,4\nRBE3,6,,9,123456,1.,123,1,2\n,3\n"
+    bush = "PBUSH,7,K,5.,6.,7.,8.,9.,10.\nCBUSH,9,7,8,9,,,,0\n"
+    (tmp_path / "part.bdf").write_text(BDF["plain"] + led + bush)
+    mesh = read(tmp_path / "part.bdf")
+    C = coefficients(mesh, "springs")
+    assert C.shape[0] == 6
+    for t, omega in (([1.0, 2, 3], [0, 0, 0]), ([0, 0, 0], [1.0, -2.0, 0.5])):
+        u = (np.array(t) + np.cross(omega, mesh.nodes)).ravel()
+        np.testing.assert_allclose(C @ u, 0, atol=1e-9)
+    across = "PBUSH,7,K,5.,6.\nCBUSH,9,7,1,4,,,,0\n"
+    (tmp_path / "part.bdf").write_text(BDF["plain"] + across)
+    assert "CBUSH: acts on a rotation, which nodes of solids do not have" in refusal(tmp_path / "part.bdf")
+    (tmp_path / "part.bdf").write_text(BDF["plain"] + "PBUSH,7,K,5.,,,,,,+\n+,B,3.\nCBUSH,9,7,1,2\n")
+    assert "CBUSH is not taken over" in refusal(tmp_path / "part.bdf")
+
+
+def coefficients(mesh: MeshRecord, name: str) -> np.ndarray:
+    record = mesh.relations[name]
+    C = np.zeros((len(record.stiffness), 3 * len(mesh.nodes)))
+    np.add.at(C, (record.rows, 3 * record.nodes + record.directions), record.coefficients)
+    return C
+
+
+ROUND = "CORD2C,5,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n"
+
+
+def with_directions(text: str, nodes: tuple[int, ...], system: int) -> str:
+    """Return bulk data whose grid points have directions of a system."""
+    lines = text.splitlines(keepends=True)
+    return "".join(
+        line.rstrip("\n").ljust(48) + f"{system:8}\n" if line.startswith("GRID") and int(line[8:16]) in nodes else line
+        for line in lines
+    )
+
+
+@pytest.mark.parametrize(("system", "expected"), [
+    (PERPENDICULAR, {(4, 1): 1.0, (3, 0): 2.0}),
+    (ROUND, {(4, 0): 1.0, (3, 0): 2 * 2 / 5**0.5, (3, 1): -2 / 5**0.5}),
+])  # fmt: skip
+def test_directions_of_grid_points(system: str, expected: dict[tuple[int, int], float], tmp_path: Path) -> None:
+    """An equation acts along the directions of each node, of a system at its place."""
+    text = with_directions(BDF["plain"], (3, 4), 5) + system + "MPC,7,4,1,1.,3,2,-2.\n"
+    (tmp_path / "part.bdf").write_text(text)
+    (terms,) = sums_of_deck(tmp_path / "part.bdf", "equations")
+    assert terms == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("transform", "expected"), [
+    ("*TRANSFORM, NSET=PAIR\n0, 1, 0, -1, 0, 0\n", {(4, 1): 1.0, (3, 0): 2.0}),
+    ("*TRANSFORM, NSET=PAIR, TYPE=C\n0, 0, 0, 0, 0, 1\n", {(4, 0): 1.0, (3, 0): 2 * 2 / 5**0.5, (3, 1): -2 / 5**0.5}),
+])  # fmt: skip
+def test_directions_by_transform(transform: str, expected: dict[tuple[int, int], float], tmp_path: Path) -> None:
+    (tmp_path / "part.inp").write_text(BASE + "*NSET, NSET=PAIR\n3, 4\n" + transform + EQUATION)
+    (terms,) = sums_of_deck(tmp_path / "part.inp", "equations")
+    assert terms == pytest.approx(expected)
+
+
+PAIRS = "*NSET, NSET=A\n1, 2\n*NSET, NSET=B\n3, 4\n"
+AXIS_14 = (POINTS[3] - POINTS[0]) / np.linalg.norm(POINTS[3] - POINTS[0])
+WORDS: dict[str, tuple[str, str, list[dict[tuple[int, int], float]]]] = {
+    "an equation of two sets": ("*EQUATION\n2\nB, 1, 1., A, 2, -3.\n", "equations",
+                                [{(3, 0): 1.0, (1, 1): -3.0}, {(4, 0): 1.0, (2, 1): -3.0}]),
+    "an equation of a set and a node": ("*EQUATION\n3\nB, 3, 2., 1, 3, -1.,\n2, 3, -1.\n", "equations",
+                                        [{(n, 2): 2.0, (1, 2): -1.0, (2, 2): -1.0} for n in (3, 4)]),
+    "a pin of sets": ("*MPC\nPIN, B, A\n", "equations",
+                      [{(b, d): 1.0, (a, d): -1.0} for b, a in ((3, 1), (4, 2)) for d in range(3)]),
+    "a link": ("*MPC\nlink, 1, 4\n", "equations", [{(1, 2): -1.0, (4, 2): 1.0}]),
+    "a beam": ("*MPC\nBEAM, 1, 4\n", "bars", [{(1, 2): -1.0, (4, 2): 1.0}]),
+    "a spring in a system": ("*ELEMENT, TYPE=SPRING2, ELSET=SP\n9, 1, 4\n*ORIENTATION, NAME=OR\n1, 1, 0, -1, 1, 0\n"
+                             "*SPRING, ELSET=SP, ORIENTATION=or\n1, 1\n500.\n", "springs",
+                             [{(1, 0): R2, (1, 1): R2, (4, 0): -R2, (4, 1): -R2}]),
+    "a turned system": ("*ELEMENT, TYPE=SPRING1, ELSET=SP\n9, 1\n*ORIENTATION, NAME=OR\n1, 0, 0, 0, 1, 0\n3, 45\n"
+                        "*SPRING, ELSET=SP, ORIENTATION=OR\n2\n500.\n", "springs", [{(1, 0): -R2, (1, 1): R2}]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_sums_by_sets_and_systems(name: str, tmp_path: Path) -> None:
+    text, record, sums = WORDS[name]
+    (tmp_path / "part.inp").write_text(BASE + PAIRS + text)
+    found = sums_of_deck(tmp_path / "part.inp", record)
+    assert len(found) == len(sums)
+    for terms, expected in zip(found, sums, strict=True):
+        assert terms == pytest.approx(expected)
+
+
+def test_springs_act_on_led_points(tmp_path: Path) -> None:
+    """The displacement of a point that leads a set is that of the set's rigid motion."""
+    spring = "*ELEMENT, TYPE=SPRING1, ELSET=SP\n9, 9\n*SPRING, ELSET=SP\n2\n5.\n"
+    (tmp_path / "part.inp").write_text(BASE + "*COUPLING, REF NODE=9, SURFACE=FOOT\n*KINEMATIC\n" + spring)
+    mesh = read(tmp_path / "part.inp")
+    C = coefficients(mesh, "springs")
+    for t, omega in (([1.0, 2, 3], [0, 0, 0]), ([0, 0, 0], [1.0, -2.0, 0.5])):
+        u = (np.array(t) + np.cross(omega, mesh.nodes)).ravel()
+        np.testing.assert_allclose(C @ u, (np.array(t) + np.cross(omega, [0, 0, 9.0]))[1], rtol=1e-9)
+
+
+CE = ("CE,R5.0,DEFI,       3,       1,  {constant}\nCE,R5.0,NODE,       4,UX  ,  1.0    ,       3,UY  , -2.0\n"
+      "CE,R5.0,NODE,       2,UZ  , -1.0    \n")  # fmt: skip
+
+
+def test_a_constraint_equation_of_ansys(tmp_path: Path) -> None:
+    path = tmp_path / "part.cdb"
+    path.write_text(CDB.format(spring="") + CE.format(constant="0.0"))
+    assert sums_of_deck(path, "equations") == [{(4, 0): 1.0, (3, 1): -2.0, (2, 2): -1.0}]
+    path.write_text(CDB.format(spring="") + CE.format(constant="0.5"))
+    assert "CE is not taken over" in refusal(path)
+    path.write_text(CDB.format(spring="") + CE.format(constant="0.0").replace("-2.0", "two"))
+    assert "expected terms of node, direction and coefficient" in refusal(path)
+
+
+def test_directions_of_nodes_of_ansys(tmp_path: Path) -> None:
+    """Angles about z, then about the new x, then about the new y."""
+    old = f"{4:9}{0:9}{0:9}" + "".join(f"{x:21.13E}" for x in POINTS[3].tolist())
+    text = CDB.format(spring="").replace(old, old + f"{90:21.13E}{90:21.13E}") + CE.format(constant="0.0")
+    (tmp_path / "part.cdb").write_text(text.replace("UX", "UZ"))
+    # x of the node is y, its z, after the turn about that, is x.
+    assert sums_of_deck(tmp_path / "part.cdb", "equations")[0] == pytest.approx(
+        {(4, 0): 1.0, (3, 1): -2.0, (2, 2): -1.0}
+    )
+
+
+ASSEMBLY = (
+    "*PART, NAME=P\n" + BASE + "*END PART\n"
+    "*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I-1, PART=P\n*END INSTANCE\n{more}*NODE\n1, 1., 1., 5.\n2, 0., 0., 1.\n"
+    "*NSET, NSET=RP\n1\n*NSET, NSET=TOP, INSTANCE=I-1\n1, 2, 3\n*SURFACE, NAME=S, TYPE=NODE\nTOP\n"
+    "*COUPLING, CONSTRAINT NAME=C, REF NODE=RP, SURFACE=S\n*KINEMATIC\n"
+    "*ELEMENT, TYPE=MASS, ELSET=M\n1, 1\n*MASS, ELSET=M\n0.3\n"
+    "*ELEMENT, TYPE=SPRING2, ELSET=SP\n2, I-1.4, 1\n*SPRING, ELSET=SP\n3, 3\n5.\n"
+    "*EQUATION\n2\nI-1.4, 1, 1., I-1.3, 1, -1.\n"
+    "*END ASSEMBLY\n"
+)
+
+
+def test_members_of_an_assembly(tmp_path: Path) -> None:
+    """Its own nodes have numbers of their own; sets of one node, numbers of an instance."""
+    path = tmp_path / "part.inp"
+    path.write_text(ASSEMBLY.format(more=""))
+    mesh = read(path)
+    (attachment,) = mesh.attachments.values()
+    assert (attachment.kind, attachment.mass, attachment.point.tolist()) == ("rbe2", 0.3, [1.0, 1.0, 5.0])
+    assert np.allclose(mesh.nodes[attachment.nodes][:, 2], 0)
+    assert coefficients(mesh, "equations").sum() == 0
+    u = np.tile([0.0, 0, 1.0], len(mesh.nodes))
+    u[[11]] = 2.0
+    np.testing.assert_allclose(coefficients(mesh, "springs") @ u, 1.0)
+    second = "*INSTANCE, NAME=I-2, PART=P\n0, 0, 9\n*END INSTANCE\n"
+    path.write_text(ASSEMBLY.format(more=second))
+    assert read(path, instance="I-1").attachments.keys() == mesh.attachments.keys()
+    assert "SPRING (and EQUATION) is not taken over" in refusal(path, instance="I-2")
+    plain = read(path, instance="I-2", leave_out=["SPRING", "EQUATION"])
+    assert not plain.attachments

@@ -4,33 +4,22 @@ Own reading. meshio 5 keeps only the last `*NODE` block and the last piece of a 
 where an `*ELEMENT` has no name (its issue 1530), and does not know instances, `SYSTEM`, `INCLUDE` or surfaces.
 """
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import CELLS, Cell
 from gudgeon.pipeline.geometry.decks.abaqus import rest as abaqus_rest
-from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, Line, read_keywords
-from gudgeon.pipeline.geometry.decks.abaqus.sets import Names, Sets
-from gudgeon.pipeline.geometry.decks.axes import Axes, axes_of
-from gudgeon.pipeline.geometry.decks.model import FARTHEST, Block, Deck, Omission, Scope, Source, deck_of, whole
+from gudgeon.pipeline.geometry.decks.abaqus.body import Body
+from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, read_keywords
+from gudgeon.pipeline.geometry.decks.abaqus.members import Members
+from gudgeon.pipeline.geometry.decks.abaqus.sets import Names
+from gudgeon.pipeline.geometry.decks.abaqus.words import Words
+from gudgeon.pipeline.geometry.decks.axes import Axes
+from gudgeon.pipeline.geometry.decks.model import Block, Deck, Scope, Source, deck_of
 
-KINDS: list[tuple[re.Pattern[str], str]] = [
-    (re.compile(rf"D?C3D{count}[A-Z]*"), cell)
-    for count, cell in ((4, "tetra"), (5, "pyramid"), (6, "wedge"), (8, "hexahedron"), (10, "tetra10"),
-                        (15, "wedge15"), (20, "hexahedron20"))
-] + [
-    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|R3D|STRI|DS|S)3[A-Z]*"), "triangle"),
-    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|S)6[A-Z]*|STRI65"), "triangle6"),
-    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|R3D|S)4[A-Z]*"), "quad"),
-    (re.compile(r"(CPS|CPE|CAX|M3D|SFM3D|S)8[A-Z0-9]*"), "quad8"),
-    (re.compile(r"T[23]D2[A-Z]*|B[23]1[A-Z]*"), "line"),
-    (re.compile(r"T[23]D3[A-Z]*|B[23]2[A-Z]*"), "line3"),
-]  # fmt: skip
-"""Solids, and faces and lines that name parts of a boundary, by the name of their type."""
 MADE = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "PARAMETER", "SUBSTRUCTURE PATH")
 """Keywords that make nodes or elements which no line lists."""
 REFERENCE = "assembly"
@@ -44,116 +33,30 @@ class Instance(NamedTuple):
     axes: Axes
 
 
-class Body:
-    """What stands between `*PART` and `*END PART`, in an assembly, or in a deck without parts.
-
-    Args:
-        name: Of the part, for messages.
-    """
-
-    def __init__(self, name: str, path: str) -> None:
-        self.name, self.path = name, path
-        self.labels: list[int] = []
-        self.points: list[np.ndarray] = []
-        self.elements: dict[str, list[list[int]]] = {}
-        self.sets = Sets()
-        self.extras = abaqus_rest.Rest()
-        self._axes = Axes()
-
-    def take(self, keyword: Keyword) -> bool:
-        """Take a keyword; return whether it is one of a mesh.
-
-        Raises:
-            InputError: its data are wrong.
-        """
-        reader = READERS.get(keyword.name)
-        if reader is not None:
-            reader(self, keyword)
-        return reader is not None
-
-    def read_system(self, keyword: Keyword) -> None:
-        """Take the Cartesian system of the nodes that follow, by origin, a point of x and one of the plane x, y."""
-        numbers = [x for row in keyword.rows for x in row.reals()]
-        self._axes = axes_of(numbers, keyword.source) if numbers else Axes()
-
-    def read_nodes(self, keyword: Keyword) -> None:
-        """Take nodes, in the system that the keyword names."""
-        system = keyword.options.get("SYSTEM", "R").upper()
-        if system not in ("R", "C", "S"):
-            raise keyword.source.error(f"SYSTEM={system}; allowed: R, C or S")
-        labels, rows = [], []
-        for row in keyword.rows:
-            words = row.text.split(",")
-            try:
-                labels.append(whole(words[0]))
-                values = [float(word) for word in words[1:4]]
-                if not all(abs(value) < FARTHEST for value in values):
-                    raise ValueError(row.text)
-            except ValueError:
-                labels[len(rows) :] = [row._replace(text=words[0]).integers()[0]] if words[0].strip() else []
-                if len(labels) == len(rows):
-                    raise row.source.error(f"{row.text[:60]!r}, expected the number of a node") from None
-                values = row._replace(text=",".join(words[1:4])).reals() if len(words) > 1 else []
-            rows.append([*values, 0.0, 0.0, 0.0][:3])
-        points = np.array(rows, float).reshape(-1, 3)
-        if system != "R":
-            points = _round(points, spherical=system == "S")
-        self.labels += labels
-        if len(points):
-            self.points.append(self._axes.placed(points))
-        if name := keyword.options.get("NSET"):
-            self.sets.nodes.add(name, keyword.source, np.array(labels, int))
-
-    def read_elements(self, keyword: Keyword) -> None:
-        """Take elements of a type that has a cell; others are judged by their sections."""
-        kind = keyword.option("TYPE").upper()
-        cell = cell_of_kind(kind)
-        if cell is None:
-            labels = self.extras.structural(keyword, kind)
-        else:
-            rows = _gathered(keyword.rows, cell.nodes + 1, kind)
-            self.elements.setdefault(kind, []).extend(rows)
-            labels = [row[0] for row in rows]
-            if cell.dimension < 3:
-                self.extras.faces(keyword, kind)
-        if name := keyword.options.get("ELSET"):
-            self.sets.elements.add(name, keyword.source, np.array(labels, int))
-
-    def read_set(self, keyword: Keyword) -> None:
-        """Take a set of nodes or elements."""
-        self.sets.read_set(keyword)
-
-    def read_surface(self, keyword: Keyword) -> None:
-        """Take a surface of nodes or of faces of elements."""
-        self.sets.read_surface(keyword)
-
-    def blocks(self) -> list[Block]:
-        """Return its elements by type."""
-        blocks = []
-        for kind, rows in self.elements.items():
-            cell, table = cell_of_kind(kind), np.array(rows, np.int64)
-            if cell is not None and len(table):
-                blocks.append(Block(cell, table[:, 0], table[:, 1:], kind))
-        return blocks
-
-
-READERS: Mapping[str, Callable[[Body, Keyword], None]] = {
-    "SYSTEM": Body.read_system, "NODE": Body.read_nodes, "ELEMENT": Body.read_elements, "NSET": Body.read_set,
-    "ELSET": Body.read_set, "SURFACE": Body.read_surface,
-}  # fmt: skip
-
-
-def cell_of_kind(kind: str) -> Cell | None:
-    """Return the cell of a type of element, None if it has none."""
-    return next((CELLS[cell] for pattern, cell in KINDS if pattern.fullmatch(kind)), None)
-
-
 def read_abaqus(path: str, scope: Scope) -> Deck:
     """Read a deck; of several parts or instances the one that `scope` names.
 
     Raises:
         InputError: a file is missing, a line is wrong, or the deck has several bodies of which none is named.
     """
+    bodies, instances = _parsed(path)
+    return _chosen(path, scope, bodies, instances)
+
+
+def instances_of(path: str) -> dict[str, tuple[str, Axes]]:
+    """Return part and place of each instance of a deck's assembly; of one without instances, each part as it stands.
+
+    Raises:
+        InputError: a line is wrong; empty of a deck without parts.
+    """
+    bodies, instances = _parsed(path)
+    parts = [bodies[level].name for level in bodies if level and not level.startswith("*")]
+    placed = {name: (bodies[i.part_name].name, i.axes) for name, i in instances.items() if i.part_name in bodies}
+    return placed or {name: (name, Axes()) for name in parts}
+
+
+def _parsed(path: str) -> tuple[dict[str, Body], dict[str, Instance]]:
+    """Return the parts, with the assembly under the empty name, and the instances of a deck."""
     bodies = {"": Body("", path)}
     instances: dict[str, Instance] = {}
     names = Names()
@@ -175,7 +78,7 @@ def read_abaqus(path: str, scope: Scope) -> Deck:
             level = ""
         elif not bodies[level].take(keyword):
             bodies[level].extras.take(keyword)
-    return _chosen(path, scope, bodies, instances)
+    return bodies, instances
 
 
 def _chosen(path: str, scope: Scope, bodies: dict[str, Body], instances: dict[str, Instance]) -> Deck:
@@ -187,7 +90,7 @@ def _chosen(path: str, scope: Scope, bodies: dict[str, Body], instances: dict[st
         level = _alike(scope.part_name, levels)
         if level is None:
             raise InputError(f'{path}: has no part = "{scope.part_name}", it has {have}')
-        return _deck(path, bodies[level], None, "", [root.extras])
+        return _part(path, level, bodies, instances)
     if scope.instance is not None:
         name = _alike(scope.instance, list(instances))
         if name is None:
@@ -214,8 +117,35 @@ def _alike(name: str, names: Sequence[str]) -> str | None:
     return next((spelling for spelling in names if spelling.casefold() == name.casefold()), None)
 
 
-def _placed(path: str, name: str, bodies: Mapping[str, Body], instances: Mapping[str, Instance]) -> Deck:
-    """Return the deck of an instance."""
+def _part(path: str, level: str, bodies: Mapping[str, Body], instances: Mapping[str, Instance]) -> Deck:
+    """Return the deck of a part as it was modelled, with sets of the assembly by names such as `PART-1.SET`, and what
+    the assembly says of its only instance."""
+    mine = [name for name, instance in instances.items() if instance.part_name == level]
+    if len(mine) == 1:
+        return moved_back(_placed(path, mine[0], bodies, instances, prefixed=True), instances[mine[0]].axes)
+    root, body = bodies[""], bodies[level]
+    deck = _deck(path, body, None, "", [root.extras])
+    blocks = body.blocks()
+    groups = [dict(deck.node_sets), dict(deck.side_sets), dict(deck.element_sets)]
+    for name in mine:
+        upper = root.sets.resolved(blocks, path, name, body.sets.resolved(blocks, path))
+        for lower, added in zip(groups, upper, strict=True):
+            lower.update({f"{name}.{key}": some for key, some in added.items() if len(some)})
+    return replace(deck, node_sets=groups[0], side_sets=groups[1], element_sets=groups[2])
+
+
+def moved_back(deck: Deck, axes: Axes) -> Deck:
+    """Return a deck in axes of its own."""
+    sections = [s._replace(axes=None if s.axes is None else axes.turn.T @ s.axes) for s in deck.sections]
+    directions = {label: axes.turn.T @ turn for label, turn in deck.directions.items()}
+    points = (deck.points - axes.origin) @ axes.turn
+    return replace(deck, points=points, sections=tuple(sections), directions=directions)
+
+
+def _placed(
+    path: str, name: str, bodies: Mapping[str, Body], instances: Mapping[str, Instance], *, prefixed: bool = False
+) -> Deck:
+    """Return the deck of an instance; sets of the assembly may have its name before theirs."""
     instance, root, extras = instances[name], bodies[""], bodies[f"*{name}"]
     if instance.part_name not in bodies:
         have = ", ".join(level for level in bodies if level and not level.startswith("*")) or "none"
@@ -223,69 +153,115 @@ def _placed(path: str, name: str, bodies: Mapping[str, Body], instances: Mapping
     if extras.labels or extras.elements:
         raise InputError(f"{path}: *INSTANCE {name} has nodes or elements of its own; allowed: those of its part")
     rests = [root.extras, extras.extras]
-    return _deck(path, bodies[instance.part_name], instance.axes, name, rests, above=root.sets)
+    return _deck(
+        path, bodies[instance.part_name], instance, name, rests, above=root, crowd=len(instances) > 1, prefixed=prefixed
+    )
 
 
 def _deck(
     path: str,
     body: Body,
-    axes: Axes | None,
+    placed: Instance | None,
     instance: str,
     rests: Sequence[abaqus_rest.Rest],
     *,
-    above: Sets | None = None,
+    above: Body | None = None,
+    crowd: bool = False,
+    prefixed: bool = False,
 ) -> Deck:
-    """Return the deck of a body that an instance places."""
-    points = np.concatenate([np.empty((0, 3)), *body.points])
-    if axes is not None:
-        points = axes.placed(points)
+    """Return the deck of a body that an instance places.
+
+    Args:
+        placed: How; None of a body that stands as it was modelled.
+        instance: Its name.
+        rests: What stands outside the body.
+        above: The assembly, whose own nodes get numbers behind those of the body.
+        crowd: Whether the assembly has other instances.
+        prefixed: Whether names of the assembly's sets begin with that of the instance.
+    """
+    axes = placed.axes if placed is not None else Axes()
+    labels = np.array(body.labels, np.int64)
+    local = np.concatenate([np.empty((0, 3)), *body.points])
+    points = axes.placed(local)
     blocks = body.blocks()
     if not blocks and not len(points):
         raise InputError(f"{path}: has no nodes (*NODE); allowed: a deck of Abaqus or CalculiX")
-    node_sets, side_sets, element_sets = body.sets.resolved(blocks, path)
+    resolved = body.sets.resolved(blocks, path)
+    words = Words(resolved[0], {**resolved[2], **_owners(resolved[1])})
+    own = body.extras.stated.directions(words, labels, local)
+    directions = {label: axes.turn @ turn for label, turn in own.items()}
+    members = body.extras.stated.members(words, directions)
     if above is not None:
-        upper = above.resolved(blocks, path, instance, (node_sets, side_sets, element_sets))
-        for lower, members in zip((node_sets, side_sets, element_sets), upper, strict=True):
-            lower.update({f"{instance}.{name}": lower[name] for name in lower.keys() & members.keys()})
-            lower.update(members)
+        shift = _shift(labels, *(block.labels for block in blocks))
+        upper = above.sets.resolved(blocks, path, instance, resolved, shift)
+        alike = [lower.keys() & added.keys() for lower, added in zip(resolved, upper, strict=True)]
+        spelling = {
+            name: f"{instance}.{name}" for names in ([u.keys() for u in upper] if prefixed else alike) for name in names
+        }
+        for lower, added in zip(resolved, upper, strict=True):
+            if not prefixed:
+                lower.update({spelling[name]: lower[name] for name in lower.keys() & added.keys()})
+            lower.update({spelling[name] if prefixed else name: some for name, some in added.items()})
+        words = Words(upper[0], {**upper[2], **_owners(upper[1])}, instance, shift)
+        labels = np.concatenate([labels, np.array(above.labels, np.int64) + shift])
+        points = np.concatenate([points, *above.points])
+        directions |= above.extras.stated.directions(words, labels, points)
+        stated = _loose_dropped(above.extras.stated.members(words, directions), shift, crowd)
+        _rename(stated if prefixed else members, spelling)
+        members.extend(stated)
+    node_sets, side_sets, element_sets = resolved
     extras = abaqus_rest.joined([body.extras, *(extras for extras in rests if extras is not body.extras)])
-    omissions: list[Omission] = extras.omissions(element_sets)
-    couplings, own_sets = extras.couplings(body.sets, above is None)
-    node_sets |= {name: abaqus_rest.members_of(body.sets.nodes, words) for name, words in own_sets.items()}
-    dependent = extras.dependent(node_sets, side_sets, blocks, couplings)
+    omissions = [o for o in extras.omissions(element_sets) if o.source not in members.foreign]
+    node_sets |= members.sets
     return deck_of(
-        np.array(body.labels, np.int64), points, blocks, path, node_sets=node_sets, side_sets=side_sets,
-        element_sets=element_sets, couplings=couplings, masses=body.extras.masses(element_sets), dependent=dependent,
-        sums=body.extras.links.sums(element_sets), ties=body.extras.links.ties, omissions=omissions,
-        materials=extras.materials,
+        labels, points, blocks, path, node_sets=node_sets, side_sets=side_sets, element_sets=element_sets,
+        couplings=members.couplings, links=members.links, masses=members.masses, sums=members.sums, ties=members.ties,
+        directions=directions, dependent=_dependent(members, node_sets, side_sets, blocks), omissions=omissions,
+        materials=extras.materials.stated, sections=extras.materials.sections(axes.turn),
     )  # fmt: skip
 
 
-def _gathered(rows: list[Line], count: int, kind: str) -> list[list[int]]:
-    """Return numbers of elements and nodes, `count` each, of lines that may go on in the next."""
-    elements: list[list[int]] = []
-    pending: list[int] = []
-    for row in rows:
-        numbers = row.integers()
-        pending = pending + numbers if pending else numbers
-        if len(pending) > count:
-            raise row.source.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes here, allowed: {count - 1}")
-        if len(pending) == count:
-            elements.append(pending)
-            pending = []
-    if pending:
-        raise rows[-1].source.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes, allowed: {count - 1}")
-    return elements
+def _shift(*labels: np.ndarray) -> int:
+    """Return what is added to numbers of the assembly, so that they are behind those of its instance."""
+    return 10 ** len(str(max((int(some.max(initial=0)) for some in labels), default=0)))
 
 
-def _round(points: np.ndarray, spherical: bool) -> np.ndarray:
-    """Return Cartesian positions of radius, angle [deg] and height, or of radius, angle and angle above the plane."""
-    r, angle, third = points[:, 0], np.radians(points[:, 1]), points[:, 2]
-    if not spherical:
-        return np.column_stack([r * np.cos(angle), r * np.sin(angle), third])
-    above = np.radians(third)
-    plane = r * np.cos(above)
-    return np.column_stack([plane * np.cos(angle), plane * np.sin(angle), r * np.sin(above)])
+def _owners(side_sets: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the elements of surfaces of faces."""
+    return {name: np.unique(sides[:, 0]) for name, sides in side_sets.items()}
+
+
+def _rename(members: Members, spelling: Mapping[str, str]) -> None:
+    """Let members name their sets, where these are spelled otherwise."""
+    members.couplings[:] = [c._replace(surface=spelling.get(c.surface, c.surface)) for c in members.couplings]
+    members.ties[:] = [
+        t._replace(slave=spelling.get(t.slave, t.slave), master=spelling.get(t.master, t.master)) for t in members.ties
+    ]
+
+
+def _loose_dropped(members: Members, shift: int, crowd: bool) -> Members:
+    """Return members without masses on points of the assembly that other instances lead."""
+    leading = {c.reference for c in members.couplings} | {n for link in members.links for n in link.nodes}
+    if crowd:
+        loose = [m for m in members.masses if m.node > shift and m.node not in leading]
+        members.masses[:] = [m for m in members.masses if m not in loose]
+        members.foreign |= {m.source for m in loose} - {m.source for m in members.masses}
+    return members
+
+
+def _dependent(
+    members: Members, nodes: Mapping[str, np.ndarray], sides: Mapping[str, np.ndarray], blocks: Sequence[Block]
+) -> np.ndarray:
+    """Return labels of the nodes that couplings and equations express by others."""
+    labels = [np.array([s.terms[0].node for s in members.sums if s.stiffness is None], np.int64)]
+    for coupling in members.couplings:
+        if coupling.tie == "rbe3":
+            labels.append(np.array([coupling.reference]))
+        elif coupling.surface in sides:
+            labels.append(abaqus_rest.nodes_of_sides(sides[coupling.surface], blocks))
+        else:
+            labels.append(nodes.get(coupling.surface, np.empty(0, np.int64)))
+    return np.unique(np.concatenate(labels))
 
 
 def _moved(keyword: Keyword) -> Axes:

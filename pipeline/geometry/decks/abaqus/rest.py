@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword
-from gudgeon.pipeline.geometry.decks.abaqus.links import Links
-from gudgeon.pipeline.geometry.decks.abaqus.sets import Named, Sets
-from gudgeon.pipeline.geometry.decks.model import Block, Coupling, Omission, PointMass, Source
+from gudgeon.pipeline.geometry.decks.abaqus.materials import Materials
+from gudgeon.pipeline.geometry.decks.abaqus.members import Stated
+from gudgeon.pipeline.geometry.decks.model import Block, Omission, Source
 
 ALTERING = {
     "MASS": "a point mass", "ROTARY INERTIA": "a rotary inertia", "NONSTRUCTURAL MASS": "a mass without volume",
@@ -65,8 +65,6 @@ SECTIONS = {"SHELL SECTION", "SHELL GENERAL SECTION", "MEMBRANE SECTION", "BEAM 
 """Sections that make faces and lines structural."""
 PLANE = re.compile(r"(CPS|CPE|CAX|SFM3D).*")
 """Faces that have no stiffness among solids."""
-DIRECTIONS = 3
-"""Translations that a kinematic coupling of solids has to carry along."""
 
 
 class Rest:
@@ -77,14 +75,8 @@ class Rest:
         self._faces: list[tuple[str, np.ndarray, Source]] = []
         self._sections: set[str] = set()
         self._step = False
-        self._open: Keyword | None = None
-        self._couplings: list[tuple[Coupling, str, Source]] = []
-        self._listed: dict[str, list[str]] = {}
-        self._equations: list[str] = []
-        self._mass_nodes: dict[int, int] = {}
-        self._masses: list[Keyword] = []
-        self.links = Links()
-        self.materials: list[tuple[Source, dict[str, float]]] = []
+        self.stated = Stated()
+        self.materials = Materials()
 
     def take(self, keyword: Keyword) -> None:
         """Take a keyword that is no node, element, set or surface.
@@ -106,11 +98,8 @@ class Rest:
             self._omit(keyword, ALTERING[name])
         elif name not in SILENT:
             self._omit(keyword, "is not known here")
-        self._material(keyword)
-        self._couple(keyword)
-        self.links.take(keyword)
-        if name == "MASS" and "TYPE" not in keyword.options and keyword.rows:
-            self._masses.append(keyword)
+        self.materials.take(keyword)
+        self.stated.take(keyword)
         if name in SECTIONS or (name == "SOLID SECTION"):
             self._sections.add(keyword.options.get("ELSET", "").casefold())
 
@@ -118,11 +107,9 @@ class Rest:
         """Take elements of a type without cells; return their numbers."""
         if not PROPERTY_DRIVEN.fullmatch(kind):
             self._omit(keyword, f"elements of TYPE={kind}", name=kind)
-        rows = [row.integers() for row in keyword.rows if row.text[:1].isdigit()]
-        if kind == "MASS":
-            self._mass_nodes |= {row[0]: row[1] for row in rows if len(row) > 1}
-        self.links.add_elements(kind, rows)
-        return [row[0] for row in rows]
+        rows = [row for row in keyword.rows if row.text[:1].isdigit()]
+        self.stated.add_elements(kind, rows)
+        return [row._replace(text=row.words()[0]).integers()[0] for row in rows]
 
     def faces(self, keyword: Keyword, kind: str) -> None:
         """Take faces or lines, which are structural if a section names their set."""
@@ -138,90 +125,8 @@ class Rest:
         ]
         return [*self._omissions, *structural]
 
-    def masses(self, element_sets: Mapping[str, np.ndarray]) -> list[PointMass]:
-        """Return the masses of elements of TYPE=MASS."""
-        labels = {name.casefold(): members.tolist() for name, members in element_sets.items()}
-        return [
-            PointMass(self._mass_nodes[label], keyword.rows[0].reals()[0], "MASS", keyword.source)
-            for keyword in self._masses
-            for label in labels.get(keyword.option("ELSET").casefold(), [])
-            if label in self._mass_nodes
-        ]
-
-    def couplings(self, sets: Sets, flat: bool) -> tuple[list[Coupling], dict[str, list[str]]]:
-        """Return couplings whose reference node has a number, and the nodes of those that list them."""
-        if not flat:
-            return [], {}
-        couplings = []
-        for coupling, reference, source in self._couplings:
-            if not reference.isdigit():
-                raise source.error(f"REF NODE={reference} of '{coupling.name}'; allowed: the number of a node")
-            surface = sets.nodes.spelled(coupling.surface)
-            couplings.append(coupling._replace(surface=surface, reference=int(reference)))
-        return couplings, self._listed
-
-    def dependent(
-        self, nodes: Mapping[str, np.ndarray], sides: Mapping[str, np.ndarray], blocks: Sequence[Block],
-        couplings: Sequence[Coupling],
-    ) -> np.ndarray:  # fmt: skip
-        """Return labels of the nodes that couplings and equations express by others."""
-        labels = [np.array([int(word) for word in self._equations if word.isdigit()], np.int64)]
-        labels += [nodes.get(word, np.empty(0, np.int64)) for word in self._equations if not word.isdigit()]
-        for coupling in couplings:
-            if coupling.tie == "rbe3":
-                labels.append(np.array([coupling.reference]))
-            elif coupling.surface in sides:
-                labels.append(nodes_of_sides(sides[coupling.surface], blocks))
-            else:
-                labels.append(nodes.get(coupling.surface, np.empty(0, np.int64)))
-        return np.unique(np.concatenate(labels))
-
     def _omit(self, keyword: Keyword, text: str, name: str = "", *, alters: bool = True) -> None:
         self._omissions.append(Omission(name or keyword.name, keyword.source, text, alters))
-
-    def _material(self, keyword: Keyword) -> None:
-        if keyword.name == "MATERIAL":
-            self.materials.append((keyword.source, {}))
-        elif self.materials and keyword.rows and keyword.name in ("ELASTIC", "DENSITY"):
-            values, constants = keyword.rows[0].reals(), self.materials[-1][1]
-            if keyword.name == "DENSITY":
-                constants["rho"] = values[0]
-            elif keyword.options.get("TYPE", "ISO").upper().startswith("ISO"):
-                constants |= dict(zip(("E", "nu"), values, strict=False))
-            else:
-                constants["anisotropic"] = 1.0
-
-    def _couple(self, keyword: Keyword) -> None:
-        name, options = keyword.name, keyword.options
-        if name == "COUPLING":
-            self._open = keyword
-        elif name in ("KINEMATIC", "DISTRIBUTING") and self._open is not None:
-            self._close(keyword, self._open)
-        elif name == "RIGID BODY":
-            members = options.get("NSET") or options.get("TIE NSET") or options.get("ELSET")
-            if members is not None and "REF NODE" in options:
-                self._lead(members, members, options["REF NODE"], "rbe2", keyword)
-        elif name == "KINEMATIC COUPLING":
-            label = f"rbe2_{keyword.option('REF NODE')}"
-            self._listed[label] = [row.words()[0] for row in keyword.rows]
-            self._lead(label, label, options["REF NODE"], "rbe2", keyword, plain=_complete(keyword))
-        elif name == "EQUATION":
-            self._equations += _dependent(keyword)
-
-    def _close(self, keyword: Keyword, coupling: Keyword) -> None:
-        """Take a coupling with the keyword of its kind."""
-        self._open = None
-        surface, reference = coupling.option("SURFACE"), coupling.option("REF NODE")
-        label = coupling.options.get("CONSTRAINT NAME", surface)
-        if keyword.name == "DISTRIBUTING" or _whole(keyword):
-            tie = "rbe2" if keyword.name == "KINEMATIC" else "rbe3"
-            even = keyword.options.get("WEIGHTING METHOD", "UNIFORM").upper() == "UNIFORM"
-            plain = even and _whole(keyword) and "INFLUENCE RADIUS" not in coupling.options
-            self._lead(label, surface, reference, tie, coupling, plain=plain)
-
-    def _lead(self, name: str, surface: str, reference: str, tie: str, keyword: Keyword, *, plain: bool = True) -> None:
-        source = keyword.source if plain else None
-        self._couplings.append((Coupling(name, surface, 0, tie, keyword.name, source), reference, keyword.source))
 
 
 def joined(rests: Sequence[Rest]) -> Rest:
@@ -231,10 +136,8 @@ def joined(rests: Sequence[Rest]) -> Rest:
         total._omissions += extras._omissions
         total._faces += extras._faces
         total._sections |= extras._sections
-        total._couplings += extras._couplings
-        total._listed |= extras._listed
-        total._equations += extras._equations
-        total.materials += extras.materials
+        total.materials.add(extras.materials)
+    total.materials.assigned(rests[0].materials)
     return total
 
 
@@ -250,39 +153,3 @@ def nodes_of_sides(sides: np.ndarray, blocks: Sequence[Block]) -> np.ndarray:
             owners = sides[sides[:, 1] == face_id, 0]
             labels.append(block.nodes[np.isin(block.labels, owners)][:, face].ravel())
     return np.unique(np.concatenate(labels))
-
-
-def _whole(keyword: Keyword) -> bool:
-    """Return whether a kinematic coupling carries all translations: `first, last` or single directions a line."""
-    carried: set[int] = set()
-    for row in keyword.rows:
-        ends = [int(word) for word in row.words() if word.isdigit()]
-        carried |= set(range(ends[0], min(ends[-1], 6) + 1)) if ends else set()
-    return not keyword.rows or carried >= set(range(1, DIRECTIONS + 1))
-
-
-def _complete(keyword: Keyword) -> bool:
-    """Return whether all lines of nodes and directions, `TOP, 1, 3`, carry all translations, which is the default."""
-    return all(words[1:] in ([], ["1", "3"], ["1", "6"]) for words in (row.words() for row in keyword.rows))
-
-
-def _dependent(keyword: Keyword) -> list[str]:
-    """Return node or set of the leading term of each equation: number of terms, then node, direction, coefficient."""
-    words, i, rows = [], 0, keyword.rows
-    while i < len(rows):
-        count = rows[i].words()[0]
-        if not count.isdigit() or i + 1 >= len(rows):
-            raise rows[i].source.error(f"*EQUATION: {rows[i].text[:60]!r}, expected the number of terms")
-        words.append(rows[i + 1].words()[0])
-        terms, i = 0, i + 1
-        while i < len(rows) and terms < int(count):
-            terms += len([word for word in rows[i].words() if word]) // 3
-            i += 1
-    return words
-
-
-def members_of(named: Named, words: Sequence[str]) -> np.ndarray:
-    """Return the labels of numbers and names of sets."""
-    sets = {name.casefold(): members for name, members in named.resolved().items()}
-    labels = [np.array([int(word) for word in words if word.isdigit()], np.int64)]
-    return np.unique(np.concatenate([*labels, *(sets[w.casefold()] for w in words if w.casefold() in sets)]))

@@ -48,6 +48,7 @@ class Named:
         self._names = Names()
         self.pieces: dict[str, list[Piece]] = {}
         self._count = 0
+        self._shift: int | None = None
 
     def add(self, name: str, source: Source, members: np.ndarray | str, instance: str = "") -> None:
         """Add members to a set."""
@@ -57,17 +58,20 @@ class Named:
         """Return a name as it is spelled here."""
         return self._names.add(name)
 
-    def resolved(self, instance: str = "", lower: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
+    def resolved(
+        self, instance: str = "", lower: Mapping[str, np.ndarray] | None = None, shift: int | None = None
+    ) -> dict[str, np.ndarray]:
         """Return the members of each set, ascending.
 
         Args:
             instance: Of which members are wanted, in an assembly.
             lower: Sets of its part.
+            shift: What is added to numbers of the assembly's own; None: these are left out.
 
         Raises:
             InputError: a set names itself or one that is not there, or they have too many members.
         """
-        self._count = 0
+        self._count, self._shift = 0, shift
         done: dict[str, np.ndarray] = {}
         below = None if lower is None else {name.casefold(): members for name, members in lower.items()}
         for name in self.pieces:
@@ -100,6 +104,8 @@ class Named:
         owner, members = piece.instance, piece.members
         nothing = np.empty(0, np.int64)
         if isinstance(members, np.ndarray):
+            if below is not None and not owner:
+                return nothing if self._shift is None else members + self._shift
             return members if below is None or owner.casefold() == instance.casefold() else nothing
         spelling = self._names.add(members)
         if spelling in self.pieces and not owner:
@@ -174,11 +180,12 @@ class Sets:
                 sides += [Side(Piece(instance, members, row.source), face) for members in _words(words[:1])]
 
     def resolved(
-        self, blocks: Sequence[Block], path: str, instance: str = "", lower: Resolved | None = None
-    ) -> Resolved:
+        self, blocks: Sequence[Block], path: str, instance: str = "", lower: Resolved | None = None,
+        shift: int | None = None,
+    ) -> Resolved:  # fmt: skip
         """Return all of them by name; arguments as of `Named.resolved`, errors too."""
-        elements = self.elements.resolved(instance, None if lower is None else lower[2])
-        nodes = self.nodes.resolved(instance, None if lower is None else lower[0])
+        elements = self.elements.resolved(instance, None if lower is None else lower[2], shift)
+        nodes = self.nodes.resolved(instance, None if lower is None else lower[0], shift)
         for name, of, source in self._of_elements:
             members_of_name = {key.casefold(): members for key, members in elements.items()}
             if of.casefold() not in members_of_name:

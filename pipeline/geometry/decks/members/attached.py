@@ -1,83 +1,112 @@
 """Point masses and couplings of a deck as attachments of its mesh: what a body has of them, or why it cannot."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import Attachment
+from gudgeon.pipeline.geometry.decks.members.carriers import FEW, Carrier, Placed, carrier_by_label
 from gudgeon.pipeline.geometry.decks.members.units import mass_scale, refused
-from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass
+from gudgeon.pipeline.geometry.decks.model import Deck, PointMass
 
-ON_A_LINE = 1e-6
-"""Extent across a line, by that along it, below which nodes do not determine a rotation."""
 MOST_NODES = 3000
 """Nodes that share a mass: all pairs of them get an entry of the mass matrix."""
 
 
+class Lump(NamedTuple):
+    """A mass with its centre and inertia."""
+
+    mass: float
+    """[kg]"""
+    centre: np.ndarray
+    """[m], (3,)."""
+    inertia: np.ndarray
+    """About the centre [kg m^2], (3, 3)."""
+
+
 def attachments(
-    deck: Deck, leave_out: Sequence[str], points: np.ndarray, new_row: np.ndarray, mass_unit: float | None, path: str
+    deck: Deck, leave_out: Sequence[str], carriers: Sequence[Carrier], placed: Placed
 ) -> dict[str, Attachment]:
     """Return the point masses and couplings of a deck by names such as `rbe2_9001` and `node_59`.
 
     Args:
         deck: What the file says.
         leave_out: Keywords that are left out on purpose.
-        points: Positions of the deck's nodes [m], (n, 3).
-        new_row: Row in the mesh of each node of the deck, −1 where no solid has it.
-        mass_unit: Kilograms per unit of mass of the file; None: kilograms, if its densities are in kg/m³.
-        path: Of the file.
+        carriers: Of the deck.
+        placed: Nodes of the deck.
 
     Raises:
         InputError: a mass or a coupling that is not left out cannot be taken over.
     """
     folded = {name.casefold() for name in leave_out}
-    couplings = [c for c in deck.couplings if c.source is not None and c.keyword.casefold() not in folded]
     masses = [m for m in deck.masses if m.keyword.casefold() not in folded]
-    unit = mass_scale(deck, masses, mass_unit)
-    at_node = _node_masses(masses, unit)
-    leading = [c.reference for c in couplings]
-    records: dict[str, Attachment] = {}
-    for coupling in couplings:
-        if leading.count(coupling.reference) > 1:
-            raise refused(coupling, f"node {coupling.reference} leads several sets, allowed: one")
-        nodes = _coupled(deck, coupling, new_row, path)
-        row = int(deck.rows(np.array([coupling.reference]), path)[0])
-        if new_row[row] >= 0:
-            if coupling.tie == "rbe3":
-                raise refused(coupling, f"its node {coupling.reference} is one of the solid, allowed: another node")
-            nodes = np.union1d(nodes, new_row[row])
-        elif coupling.tie == "rbe3" and coupling.reference not in at_node:
-            continue  # A point without mass follows the body and alters nothing.
-        point_mass = at_node.get(coupling.reference, 0.0) if new_row[row] < 0 else 0.0
-        _refuse_nodes(coupling, points[np.isin(new_row, nodes)], point_mass)
-        records[f"{coupling.tie}_{coupling.reference}"] = Attachment(nodes, points[row], coupling.tie, point_mass)
-    return records | _on_nodes(deck, masses, at_node, points=points, new_row=new_row, path=path, leading=leading)
-
-
-def _node_masses(masses: Sequence[PointMass], unit: float) -> dict[int, float]:
-    """Return the sum of the masses at each node [kg]."""
-    at_node: dict[int, float] = {}
+    scale = mass_scale(deck, masses, placed.mass_unit)
+    owners = carrier_by_label(carriers)
+    carried: dict[str, list[Lump]] = {}
+    on_nodes: dict[str, tuple[int, np.ndarray, float]] = {}
     for mass in masses:
-        if not np.isfinite(unit * mass.mass) or mass.mass < 0:
-            raise refused(mass, f"a mass of {mass.mass:g} given, allowed: 0 and more")
-        at_node[mass.node] = at_node.get(mass.node, 0.0) + unit * mass.mass
-    return at_node
-
-
-def _on_nodes(
-    deck: Deck, masses: Sequence[PointMass], at_node: dict[int, float], *, points: np.ndarray, new_row: np.ndarray,
-    path: str, leading: Sequence[int],
-) -> dict[str, Attachment]:  # fmt: skip
-    """Return the masses on nodes of the solid; others are those of the nodes that lead couplings."""
-    records: dict[str, Attachment] = {}
-    for mass in masses:
-        row = int(deck.rows(np.array([mass.node]), path)[0])
-        if new_row[row] >= 0:
-            node = np.array([new_row[row]])
-            records[f"node_{mass.node}"] = Attachment(node, points[row], "node", at_node[mass.node])
-        elif mass.node not in leading:
+        row = int(deck.rows(np.array([mass.node]), placed.path)[0])
+        node, owner = int(placed.new_row[row]), owners.get(mass.node)
+        lump = _lump(mass, placed.points[row], scale, placed.unit)
+        if node >= 0 and (mass.plain or owner is None):
+            _refuse_rotations(mass)
+            before = on_nodes.get(f"node_{mass.node}", (node, lump.centre, 0.0))[2]
+            on_nodes[f"node_{mass.node}"] = node, lump.centre, before + lump.mass
+        elif owner is None:
             raise refused(mass, f"node {mass.node} is of no solid, and no coupling leads it")
-    return records
+        else:
+            carried.setdefault(owner.name, []).append(lump)
+    records: dict[str, Attachment] = {}
+    for carrier in carriers:
+        lumps = carried.get(carrier.name, [])
+        if carrier.kind == "rbe3" and not lumps:
+            continue  # A point without mass follows the body and alters nothing.
+        if not carrier.turns and (lumps or len(carrier.nodes) < 2):
+            raise refused(carrier.item, FEW)
+        if not carrier.turns:
+            continue  # Constraints hold them together.
+        if lumps and len(carrier.nodes) > MOST_NODES:
+            raise refused(carrier.item, f"its mass would couple {len(carrier.nodes)} nodes, allowed: {MOST_NODES}")
+        records[carrier.name] = _attachment(carrier, lumps)
+    return records | {
+        name: Attachment(np.array([node]), centre, "node", mass) for name, (node, centre, mass) in on_nodes.items()
+    }
+
+
+def _lump(mass: PointMass, position: np.ndarray, scale: float, unit: float) -> Lump:
+    """Return a mass in SI units.
+
+    Raises:
+        InputError: it is negative, or its inertia is that of no body.
+    """
+    if not np.isfinite(scale * mass.mass) or mass.mass < 0:
+        raise refused(mass, f"a mass of {mass.mass:g} given, allowed: 0 and more")
+    inertia = np.array(mass.inertia or np.zeros(9), float).reshape(3, 3) * scale * unit**2
+    if any(mass.inertia) and not np.linalg.eigvalsh(inertia)[0] >= -1e-9 * np.abs(inertia).max():
+        raise refused(mass, "its inertia is negative about an axis; allowed: moments of inertia of a body")
+    return Lump(scale * mass.mass, position + unit * np.array(mass.offset), inertia)
+
+
+def _refuse_rotations(mass: PointMass) -> None:
+    """Refuse a mass that turns on a node of the solid."""
+    if not mass.plain:
+        raise refused(mass, f"a mass with offset or inertia on node {mass.node} of a solid, which has no rotation;"
+                            " allowed: on a node that a rigid element or a coupling leads")  # fmt: skip
+
+
+def _attachment(carrier: Carrier, lumps: Sequence[Lump]) -> Attachment:
+    """Return a carrier with its masses as one, at their centre."""
+    mass = sum(lump.mass for lump in lumps)
+    centre = sum((lump.mass * lump.centre for lump in lumps), np.zeros(3)) / mass if mass else carrier.point
+    if len(lumps) == 1:
+        centre = lumps[0].centre
+    inertia = np.zeros((3, 3))
+    for lump in lumps:
+        arm = lump.centre - centre
+        inertia += lump.inertia + lump.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    return Attachment(carrier.nodes, centre, carrier.kind, mass, carrier.weights, inertia if inertia.any() else None)
 
 
 def with_middles(record: Attachment, edges: np.ndarray, middles: np.ndarray) -> Attachment:
@@ -88,40 +117,15 @@ def with_middles(record: Attachment, edges: np.ndarray, middles: np.ndarray) -> 
         edges: Nodes of the edges, (k, 2).
         middles: Node in the middle of each, (k,).
     """
-    if record.kind == "node":
-        return record
+    if record.kind != "rbe2":
+        return record  # A mean is that of the file's nodes.
     covered = np.isin(edges, record.nodes).all(axis=1)
-    return Attachment(np.union1d(record.nodes, middles[covered]), record.point, record.kind, record.mass)
+    return replace(record, nodes=np.union1d(record.nodes, middles[covered]))
 
 
 def attached_notes(records: dict[str, Attachment]) -> Iterator[str]:
     """Yield a line for each attachment, with its mass in kg."""
     for name, record in records.items():
         has = f" with {record.mass:.4g} kg" if record.mass else ""
+        has += " and inertia" if record.inertia is not None else ""
         yield f"{name} of the deck is part of the body: {len(record.nodes)} node{'s' * (len(record.nodes) > 1)}{has}"
-
-
-def _coupled(deck: Deck, coupling: Coupling, new_row: np.ndarray, path: str) -> np.ndarray:
-    """Return the nodes of the mesh that a coupling names."""
-    from gudgeon.pipeline.geometry.decks.abaqus.rest import nodes_of_sides
-
-    if coupling.surface in deck.side_sets:
-        labels = nodes_of_sides(deck.side_sets[coupling.surface], deck.blocks)
-    else:
-        labels = deck.node_sets.get(coupling.surface, np.empty(0, np.int64))
-    nodes = new_row[deck.rows(np.unique(labels), path)]
-    if not len(nodes) or (nodes < 0).any():
-        missing = (
-            f"{int((nodes < 0).sum())} of its {len(nodes)} nodes are of no solid" if len(nodes) else "it has no nodes"
-        )
-        raise refused(coupling, f"{missing}, allowed: nodes of the solid")
-    return np.sort(nodes)
-
-
-def _refuse_nodes(coupling: Coupling, positions: np.ndarray, mass: float) -> None:
-    """Refuse a coupling whose nodes (k, 3) do not determine the rotation of its point, or are too many for a mass."""
-    if mass and len(positions) > MOST_NODES:
-        raise refused(coupling, f"its mass would couple {len(positions)} nodes, allowed: {MOST_NODES}")
-    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False) if len(positions) > 2 else np.zeros(2)
-    if not spread[1] > ON_A_LINE * spread[0]:
-        raise refused(coupling, "its nodes are fewer than three or lie on a line")

@@ -5,32 +5,38 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import Relation
+from gudgeon.pipeline.geometry.decks.members.carriers import Carrier, Placed, carrier_by_label
 from gudgeon.pipeline.geometry.decks.members.units import mass_scale, refused
-from gudgeon.pipeline.geometry.decks.model import AXIAL, Deck, Sum, Term
+from gudgeon.pipeline.geometry.decks.model import AXIAL, BASIC, Deck, Sum, Term
 
 TRANSLATIONS = 3
 SHORT = 1e-9
 """Length of an axial spring, over the largest coordinate, below which it has no direction."""
+ROUND_OFF = 1e-12
+"""Coefficients of a sum, over the largest one, that are zero."""
 
 
-def relations(
-    deck: Deck, leave_out: Sequence[str], points: np.ndarray, new_row: np.ndarray, mass_unit: float | None, path: str
-) -> dict[str, Relation]:
-    """Return the springs and equations of a deck; arguments as of `attachments`.
+def relations(deck: Deck, leave_out: Sequence[str], carriers: Sequence[Carrier], placed: Placed) -> dict[str, Relation]:
+    """Return the springs and equations of a deck, and rigid elements on a line; arguments as of `attachments`.
 
     Raises:
-        InputError: one that is not left out acts on a rotation or on a node that no solid has.
+        InputError: one that is not left out acts on a rotation that its node does not have or on a node that no solid
+            has.
     """
     folded = {name.casefold() for name in leave_out}
     sums = [item for item in deck.sums if item.keyword.casefold() not in folded]
     springs, constraints = [s for s in sums if s.stiffness is not None], [s for s in sums if s.stiffness is None]
-    scale = mass_scale(deck, springs, mass_unit)
+    scale = mass_scale(deck, springs, placed.mass_unit)
+    owners = carrier_by_label(carriers)
     records: dict[str, Relation] = {}
     for name, items in (("springs", springs), ("equations", constraints)):
         if items:
-            terms = [_terms(item, deck, points, new_row, path) for item in items]
+            terms = [_terms(item, deck, owners, placed) for item in items]
             stiffness = np.array([_stiffness(item, scale) for item in items])
             records[name] = relation(name[:-1] if name == "springs" else "constraint", terms, stiffness)
+    bars = [row for carrier in carriers if carrier.kind == "rbe2" and not carrier.turns for row in _bar(carrier)]
+    if bars:
+        records["bars"] = relation("constraint", bars, np.zeros(len(bars)))
     return records
 
 
@@ -50,26 +56,81 @@ def related_notes(records: Mapping[str, Relation]) -> Iterator[str]:
             yield f"{count} spring{'s' * (count > 1)} of the deck, up to {stiffest:.4g} N/m, part of the body"
         elif name == "equations":
             yield f"{count} equation{'s' * (count > 1)} of the deck between displacements of the body's nodes"
+        elif name == "bars":
+            yield f"rigid elements of the deck on nodes of a line, {count} constraint{'s' * (count > 1)} of the body"
 
 
-def _terms(item: Sum, deck: Deck, points: np.ndarray, new_row: np.ndarray, path: str) -> np.ndarray:
+def _terms(item: Sum, deck: Deck, owners: Mapping[int, Carrier], placed: Placed) -> np.ndarray:
     """Return node of the mesh, direction and coefficient of each term, (t, 3)."""
-    rows = deck.rows(np.array([term.node for term in item.terms]), path)
-    nodes = new_row[rows]
-    if (nodes < 0).any():
-        node = item.terms[int(np.argmax(nodes < 0))].node
-        raise refused(item, f"node {node} is of no solid, allowed: nodes of the solid")
-    if any(term.direction >= TRANSLATIONS for term in item.terms):
-        raise refused(item, "acts on a rotation, which nodes of solids do not have; allowed: directions 1 to 3")
-    terms = item.terms
-    if terms[0].direction == AXIAL:
-        axis = points[rows[1]] - points[rows[0]]
+    rows = deck.rows(np.array([term.node for term in item.terms]), placed.path)
+    vectors = [_vector(term, deck) for term in item.terms]
+    if item.terms[0].direction == AXIAL:
+        axis = placed.points[rows[1]] - placed.points[rows[0]]
         length = float(np.linalg.norm(axis))
-        if not length > SHORT * np.abs(points).max():
-            raise refused(item, f"its nodes {terms[0].node} and {terms[1].node} are at one place")
-        terms = tuple(Term(t.node, k, t.coefficient * c) for t in terms for k, c in enumerate(axis / length))
-        nodes = np.repeat(nodes, TRANSLATIONS)
-    return np.array([(node, t.direction, t.coefficient) for node, t in zip(nodes.tolist(), terms, strict=True)])
+        if not length > SHORT * np.abs(placed.points).max():
+            nodes = f"{item.terms[0].node} and {item.terms[1].node}"
+            raise refused(item, f"its nodes {nodes} are at one place")
+        vectors = [np.concatenate([term.coefficient * axis / length, np.zeros(3)]) for term in item.terms]
+    table = [np.empty((0, 3))]
+    for term, row, vector in zip(item.terms, rows.tolist(), vectors, strict=True):
+        node, owner = int(placed.new_row[row]), owners.get(term.node)
+        turns = vector[TRANSLATIONS:].any()
+        if node >= 0 and not turns:
+            table.append(_rows(np.array([node]), vector[None, :TRANSLATIONS]))
+        elif owner is None or not owner.turns:
+            if node >= 0:
+                raise refused(item, "acts on a rotation, which nodes of solids do not have; allowed: directions 1 to 3")
+            raise refused(item, f"node {term.node} is of no solid, allowed: nodes of the solid, or one that leads them")
+        else:
+            scaled = vector * np.repeat([1.0, placed.unit], TRANSLATIONS)
+            motion = owner.motion(placed.points[row])
+            table.append(_rows(owner.nodes, np.einsum("j,jki->ki", scaled, motion)))
+    return _summed(np.concatenate(table))
+
+
+def _vector(term: Term, deck: Deck) -> np.ndarray:
+    """Return a term's coefficients of the translation and rotation of its node along x, y, z, (6,)."""
+    vector = np.zeros(6)
+    if term.direction != AXIAL:
+        half = slice(0, 3) if term.direction % BASIC < TRANSLATIONS else slice(3, 6)
+        axes = np.eye(3) if term.direction >= BASIC else deck.directions.get(term.node, np.eye(3))
+        vector[half] = term.coefficient * axes[:, term.direction % TRANSLATIONS]
+    return vector
+
+
+def _rows(nodes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return node, direction and coefficient of each component of vectors at nodes, (3 k, 3)."""
+    directions = np.tile(np.arange(TRANSLATIONS), len(nodes))
+    return np.column_stack([np.repeat(nodes, TRANSLATIONS), directions, vectors.ravel()])
+
+
+def _summed(table: np.ndarray) -> np.ndarray:
+    """Return terms (t, 3), those of one displacement added, in the order of their first ones, without zeros."""
+    _, index, inverse = np.unique(table[:, :2], axis=0, return_index=True, return_inverse=True)
+    sums = np.bincount(inverse.ravel(), table[:, 2], len(index))
+    order = np.argsort(index)
+    order = order[np.abs(sums[order]) > ROUND_OFF * np.abs(sums).max(initial=0.0)]
+    return np.column_stack([table[index[order], :2], sums[order]])
+
+
+def _bar(carrier: Carrier) -> list[np.ndarray]:
+    """Return constraints of a rigid body on nodes of a line: its ends keep their distance, others move with both."""
+    _, line = np.linalg.svd(carrier.positions - carrier.positions.mean(axis=0))[1:]
+    heights = carrier.positions @ line[0]
+    a, b = int(heights.argmin()), int(heights.argmax())
+    length = heights[b] - heights[a]
+    nodes, bars = carrier.nodes, []
+    if length > SHORT * np.abs(carrier.positions).max():
+        axis = (carrier.positions[b] - carrier.positions[a]) / length
+        bars.append(_summed(_rows(nodes[[a, b]], np.stack([-axis, axis]))))
+    for k in range(len(nodes)):
+        t = (heights[k] - heights[a]) / length if bars else 0.0
+        if k == a or (k == b and bars):
+            continue
+        for direction in range(TRANSLATIONS):
+            shares = [(nodes[k], direction, 1.0), (nodes[a], direction, t - 1.0), (nodes[b], direction, -t)]
+            bars.append(_summed(np.array([row for row in shares if row[2]])))
+    return bars
 
 
 def _stiffness(item: Sum, scale: float) -> float:

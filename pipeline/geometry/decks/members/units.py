@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass, Sum, TiedSurfaces
+from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass, RigidLink, Sum, TiedSurfaces
+from gudgeon.pipeline.geometry.decks.naming import Omissible
 
 DENSITIES = (10.0, 30_000.0)
 """Densities of solids [kg/m³]: a deck whose numbers are among them has its masses in kg."""
-Member = Coupling | PointMass | Sum | TiedSurfaces
+Member = Coupling | RigidLink | PointMass | Sum | TiedSurfaces
 
 
 def mass_scale(deck: Deck, members: Sequence[PointMass | Sum], mass_unit: float | None) -> float:
@@ -22,15 +23,30 @@ def mass_scale(deck: Deck, members: Sequence[PointMass | Sum], mass_unit: float 
     """
     if mass_unit is not None or not members:
         return 1.0 if mass_unit is None else mass_unit
+    if text := _other_density(deck):
+        raise refused(members[0], text)
+    return 1.0
+
+
+def in_kilograms(deck: Deck, mass_unit: float | None, key: str) -> float:
+    """Return the kilograms per unit of mass of a deck whose materials `key` asks for; errors as of `mass_scale`."""
+    if mass_unit is None and (text := _other_density(deck)):
+        raise InputError(f"{key}: {text}")
+    return 1.0 if mass_unit is None else mass_unit
+
+
+def _other_density(deck: Deck) -> str:
+    """Return what is wrong with the densities of a deck, if they are in kg/m³; empty if nothing is."""
     densities = [constants["rho"] for _, constants in deck.materials if constants.get("rho")]
     wrong = [rho for rho in densities if not DENSITIES[0] <= rho <= DENSITIES[1]]
-    if wrong:
-        raise refused(members[0], f"the deck's density of {wrong[0]:g} is not in kg/m^3; geometry.mass_unit states the"
-                                  " kg per unit of mass, 1000 for tonnes")  # fmt: skip
-    return 1.0
+    if not wrong:
+        return ""
+    return (f"the deck's density of {wrong[0]:g} is not in kg/m^3; geometry.mass_unit states the kg per unit of mass,"
+            " 1000 for tonnes")  # fmt: skip
 
 
 def refused(item: Member, text: str) -> InputError:
     """Return the error of what cannot be taken over, with the key that leaves it out."""
     assert item.source is not None
-    return item.source.error(f'{item.keyword}: {text}; geometry.leave_out = ["{item.keyword}"] leaves it out')
+    text = f'{item.keyword}: {text}; geometry.leave_out = ["{item.keyword}"] leaves it out'
+    return Omissible(str(item.source.error(text)), (item.keyword,))

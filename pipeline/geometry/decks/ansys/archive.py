@@ -5,18 +5,16 @@ does not tell what else an archive has.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import CELLS
+from gudgeon.pipeline.geometry.decks.ansys.cells import Row, blocks_of_rows
+from gudgeon.pipeline.geometry.decks.ansys.materials import Materials
 from gudgeon.pipeline.geometry.decks.model import (
     AXIAL,
-    IN_FULL,
-    Block,
     Deck,
     Omission,
     PointMass,
@@ -39,16 +37,6 @@ TYPE, CONSTANTS, NODE_COUNT, LABEL, HEAD = 1, 2, 8, 10, 11
 """Columns of an element from 0: its type, set of real constants, number of nodes and own number, its first node."""
 MASS21, COMBIN14, SOLID186 = 21, 14, 186
 AXES = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
-CORNERS = 8
-"""Nodes of an element as it is written: eight corners, of which some are repeated, then up to twelve others."""
-DEGENERATE: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
-    "tetra10": ((0, 1, 2, 4), (8, 9, 11, 16, 17, 18)),
-    "wedge15": ((0, 1, 2, 4, 5, 6), (8, 9, 11, 12, 13, 15, 16, 17, 18)),
-    "pyramid13": ((0, 1, 2, 3, 4), (8, 9, 10, 11, 16, 17, 18, 19)),
-    "hexahedron20": (tuple(range(8)), tuple(range(8, 20))),
-}
-"""Corners and mid-edge nodes of a quadratic cell among the twenty of an element."""
-LINEAR = {"tetra10": "tetra", "wedge15": "wedge", "pyramid13": "pyramid", "hexahedron20": "hexahedron"}
 ALTERING = {"CP": "coupled degrees of freedom", "CE": "a constraint equation", "CERIG": "a rigid region",
             "RBE3": "a distributed load's constraint", "CPINTF": "coupled degrees of freedom",
             "CEINTF": "constraint equations"}  # fmt: skip
@@ -60,17 +48,6 @@ KINDS = {21: "MASS21", 14: "COMBIN14", 39: "COMBIN39", 40: "COMBIN40", 184: "MPC
          169: "TARGE169", 170: "TARGE170", 171: "CONTA171", 172: "CONTA172", 173: "CONTA173", 174: "CONTA174",
          175: "CONTA175", 176: "CONTA176", 177: "CONTA177", 178: "CONTA178", 179: "PRETS179"}  # fmt: skip
 """Names of types that are often written by number."""
-
-
-class Row(NamedTuple):
-    """An element as it is written."""
-
-    label: int
-    kind: int
-    """Of its type."""
-    type_id: int
-    nodes: list[int]
-    source: Source
 
 
 class Lines:
@@ -110,10 +87,13 @@ def read_ansys(path: str, scope: Scope) -> Deck:
     if not len(labels) or not archive.rows:
         raise InputError(f"{path}: has no {'solid elements (EBLOCK)' if len(labels) else 'block of nodes (NBLOCK)'};"
                          " allowed: an archive of CDWRITE")  # fmt: skip
-    blocks = _blocks(archive.rows, archive.full)
+    blocks = blocks_of_rows(archive.rows, archive.full)
+    sections, materials = archive.materials.sections(archive.rows)
     return deck_of(
         labels, np.concatenate(archive.points), blocks, path, node_sets=archive.node_sets,
-        element_sets=archive.element_sets, masses=archive.masses(), sums=archive.sums(),
+        element_sets=materials | archive.element_sets, materials=archive.materials.stated, sections=sections,
+        masses=archive.masses(), sums=archive.sums(),
+        directions=archive.directions,
         omissions=archive.omissions.values(),
     )  # fmt: skip
 
@@ -135,7 +115,10 @@ class _Archive:
         self._masses: list[tuple[int, int, list[int], str, Source]] = []
         self._springs: list[tuple[int, int, list[int], str, Source]] = []
         self._coupled: list[Sum] = []
-        self._turned = False
+        self._equations: dict[int, tuple[Source, list[Term]]] = {}
+        self._terms: list[Term] = []
+        self.directions: dict[int, np.ndarray] = {}
+        self.materials = Materials()
 
     def read(self) -> None:
         """Read all commands."""
@@ -166,6 +149,10 @@ class _Archive:
                 f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
             )
         if keyword == "CP" and len(words) > 5 and self._read_coupled(words):
+            return
+        if keyword in ("MP", "MPDATA") and len(words) > (6 if keyword == "MPDATA" else 3):
+            self.materials.take(words, self.lines.source)
+        if keyword == "CE" and self._read_equation(words):
             return
         if keyword in ALTERING:
             self._omit(keyword, ALTERING[keyword])
@@ -229,10 +216,23 @@ class _Archive:
                 raise self.lines.source.error(
                     f"{line[:80].strip()!r}, expected coordinates of {real} columns"
                 ) from None
-            self._turned |= any(line[start + k * real : start + (k + 1) * real].strip(" 0.E+-") for k in (3, 4, 5))
             numbers.append(int(line[:width]))
+            if any(line[start + k * real : start + (k + 1) * real].strip(" 0.E+-") for k in (3, 4, 5)):
+                self.directions[numbers[-1]] = self._turned([line[start + k * real :][:real] for k in (3, 4, 5)])
         self.labels.append(np.array(numbers, np.int64))
         self.points.append(np.array(points, float).reshape(-1, 3))
+
+    def _turned(self, texts: list[str]) -> np.ndarray:
+        """Return the directions of a node by its angles about z, x and y [deg], one after the other, as columns."""
+        try:
+            angles = [np.radians(float(text)) if text.strip() else 0.0 for text in texts]
+        except ValueError:
+            raise self.lines.source.error("the angles of a node are no numbers") from None
+        (cz, cx, cy), (sz, sx, sy) = np.cos(angles), np.sin(angles)
+        about_z = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
+        about_x = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+        about_y = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+        return np.asarray(about_z @ about_x @ about_y)
 
     def _read_elements(self, solid: bool) -> None:
         if not solid:
@@ -256,7 +256,7 @@ class _Archive:
             type_number, name = self._types.get(row[TYPE], (SOLIDS[0], ""))
             members = {(MASS21, 1): self._masses, (COMBIN14, 2): self._springs}.get((type_number, count))
             if type_number in SOLIDS:
-                self.rows.append(Row(row[LABEL], type_number, row[TYPE], nodes[:count], source))
+                self.rows.append(Row(row[LABEL], type_number, row[TYPE], nodes[:count], source, row[0]))
             elif members is not None:
                 members.append((row[TYPE], row[CONSTANTS], nodes[:count], name, source))
             elif type_number not in DRAWN:
@@ -300,21 +300,44 @@ class _Archive:
         return masses
 
     def sums(self) -> list[Sum]:
-        """Return elements COMBIN14 without damping and coupled displacements; none where nodes have directions of
-        their own. Other springs are left out."""
-        sums = [] if self._turned else list(self._coupled)
-        if self._turned and self._coupled:
-            text = "coupled displacements of nodes with directions of their own"
-            self.omissions.setdefault("CP", Omission("CP", self._coupled[0].source, text))
+        """Return springs without damping, coupled displacements and equations; other springs are left out."""
+        sums = list(self._coupled)
+        sums += [Sum(tuple(terms), None, "CE", source) for source, terms in self._equations.values() if terms]
         for type_id, constants_id, nodes, name, source in self._springs:
             values, along = self._constants.get(constants_id, []), self._options.get((type_id, 2), 0)
-            plain = values and not any(values[1:]) and not self._turned
+            turned = along and any(node in self.directions for node in nodes)
+            plain = values and not any(values[1:]) and not turned
             if not plain or along > 3 or any(self._options.get((type_id, k), 0) for k in (1, 3)):
                 self.omissions.setdefault(name, Omission(name, source, "a spring with damping or on rotations"))
                 continue
             direction = along - 1 if along else AXIAL
             sums.append(Sum((Term(nodes[0], direction, -1.0), Term(nodes[1], direction, 1.0)), values[0], name, source))
         return sums
+
+    def _read_equation(self, words: list[str]) -> bool:
+        """Read a line of a constraint equation: DEFI with the number of terms, the equation's and its constant, or NODE
+        with node, direction and coefficient of one or two terms.
+
+        Return whether it is one that is zero, of displacements and rotations.
+        """
+        kind = words[2].upper() if len(words) > 2 else ""
+        try:
+            if kind == "DEFI":
+                label = int(words[4])
+                self._terms = []
+                if words[5:] and words[5] and float(words[5]):
+                    return False
+                self._equations[label] = self.lines.source, self._terms
+                return True
+            if kind != "NODE":
+                return False
+            for node, axis, coefficient in zip(words[3::3], words[4::3], words[5::3], strict=False):
+                if node and int(node):
+                    self._terms.append(Term(int(node), AXES.index(axis.upper()), float(coefficient)))
+        except (ValueError, IndexError):
+            raise self.lines.source.error(f"CE: {','.join(words)[:60]!r}, expected terms of node, direction and"
+                                          " coefficient") from None  # fmt: skip
+        return True
 
     def _read_coupled(self, words: list[str]) -> bool:
         """Read nodes with one displacement in common: number, direction, NODE and their count, then the nodes.
@@ -363,36 +386,3 @@ MOST_CONSTANTS = 100
 """Real constants of a set that are read."""
 MOST_MEMBERS = 10_000_000
 """Numbers that a range stands for."""
-
-
-def _blocks(rows: list[Row], full: set[int]) -> list[Block]:
-    tables: dict[tuple[str, str], list[list[int]]] = {}
-    for row in rows:
-        cell, nodes = _solid(row)
-        kind = IN_FULL if row.type_id in full else f"SOLID{row.kind}"
-        tables.setdefault((cell, kind), []).append([row.label, *nodes])
-    blocks = []
-    for (cell, kind), table in tables.items():
-        data = np.array(table, np.int64)
-        blocks.append(Block(CELLS[cell], data[:, 0], data[:, 1:], kind))
-    return blocks
-
-
-def _solid(row: Row) -> tuple[str, list[int]]:
-    """Return type and nodes of an element, without the corners that it repeats; mid-edge nodes may be 0."""
-    nodes, count = row.nodes, len(row.nodes)
-    if count in (4, 10):
-        return ("tetra" if count == 4 or not any(nodes[4:]) else "tetra10"), nodes[: 10 if any(nodes[4:]) else 4]
-    if not CORNERS <= count <= 20:
-        raise row.source.error(f"element {row.label} has {count} nodes; allowed: 4, 8, 10 or 20")
-    nodes = nodes + [0] * (20 - count)
-    apex = len(set(nodes[4:CORNERS])) == 1
-    names = ("tetra10", "wedge15") if nodes[2] == nodes[3] else ("pyramid13", "hexahedron20")
-    cell = names[0 if apex else 1]
-    corners, middles = DEGENERATE[cell]
-    chosen = [nodes[k] for k in corners]
-    if len(set(chosen)) < len(chosen):
-        raise row.source.error(f"element {row.label} repeats corners as no tetrahedron, wedge or pyramid: {nodes[:8]}")
-    if not any(nodes[k] for k in middles):
-        return LINEAR[cell], chosen
-    return cell, [*chosen, *(nodes[k] for k in middles)]

@@ -1,0 +1,1 @@
+"""Bulk data of Nastran: cards, grid points, solids, and what they say beside a mesh."""
