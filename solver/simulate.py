@@ -20,6 +20,7 @@ from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import SAMPLES, Run, with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
+from gudgeon.solver.checks.limits import Limits
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes, slanting_notes
 from gudgeon.solver.checks.resolved import passed_over, unresolved, with_peaks, with_resolved_forces
@@ -34,7 +35,6 @@ from gudgeon.solver.ports.undetermined import undetermined_notes
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.leaving import left_text
-from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
 from gudgeon.solver.results.written import unequal
 from gudgeon.solver.system.bases.swaps import begun, swaps_of
@@ -278,9 +278,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         _record(histories, frame, outcome)
         done = frame + 1
         times = schedule.interval * np.arange(span.start + 1, span.stop + 1)
-        exit_ = None
-        if not plan.integrator.turns:
-            exit_ = limits.test(times, histories.samples.part(span))
+        exit_ = limits.test(times, histories.samples.part(span))
         if exit_ is not None:
             result, reason = exit_
             break
