@@ -15,7 +15,7 @@ from gudgeon.modaldb.records.trajectory import (
     ROTATION_NOTES,
     Trajectory,
 )
-from gudgeon.solver.accuracy import controlled, with_step_estimates
+from gudgeon.solver.accuracy import controlled, unsettled_notes, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import SAMPLES, Run, with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
@@ -115,6 +115,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     notes += adjusted_notes(system) + slanting_notes(system) + overhang_notes(system)
     trajectory = _simulated(system, plan, progress)
     notes += undetermined_notes(system, trajectory)
+    if not plan.integrator.own_steps and plan.fixed_step is None and Result[trajectory.result].ok:
+        notes += unsettled_notes(system, trajectory)
     return replace(trajectory, counts=trajectory.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else trajectory
 
 

@@ -46,7 +46,7 @@ class Problem:
 
     @cached_property
     def highest(self) -> float:
-        """max(K_ii / M_ii) [rad²/s²]: times the round-off unit, the uncertainty of the eigenvalues, which is no less."""
+        """max(K_ii / M_ii) [rad²/s²]: times the round-off unit, the least uncertainty of the eigenvalues."""
         return float((np.real(self.K.diagonal()) / np.real(self.M.diagonal())).max())
 
     @cached_property

@@ -128,17 +128,17 @@ class Faces:
 
     def _gaps(self, face: Face, motions: list[np.ndarray]) -> np.ndarray:
         """Return the gaps of the corners and the centroid to the plane [m], (s, h + 1)."""
-        near, far = face.sides
-        points, _ = self._moved(near, face.corners, motions)
-        origin, turned = self._moved(far, face.point[None], motions)
+        face_body, plane_body = face.sides
+        points, _ = self._moved(face_body, face.corners, motions)
+        origin, turned = self._moved(plane_body, face.point[None], motions)
         normal = face.normal + turned(face.normal)
         return np.asarray(np.einsum("shi,si->sh", points - origin, np.broadcast_to(normal, (len(points), 3))))
 
-    def _moved(self, number: int, points: np.ndarray, motions: list[np.ndarray]) -> tuple[np.ndarray, Changed]:
+    def _moved(self, body_id: int, points: np.ndarray, motions: list[np.ndarray]) -> tuple[np.ndarray, Changed]:
         """Return points of a body as it moves [m], (s, h, 3), and by what its rotation changes a vector, (s, 3)."""
-        if number < 0:
+        if body_id < 0:
             return points[None], np.zeros_like
-        motion, body = motions[number], list(self._system.bodies.values())[number]
+        motion, body = motions[body_id], list(self._system.bodies.values())[body_id]
         settings = self._system.scene.body[body.name]
         arms = points - (body.morph.centre + np.asarray(settings.position))
         turns = self._system.scene.capabilities.turns
@@ -160,14 +160,17 @@ def _faces(system: System) -> Iterator[Face]:
         if len(contact.points) > 1 or plane is None:
             continue
         body, interface = system.bodies[contact.body], contact.interface
-        point, normal, far = plane
-        near, corners = names.index(contact.body), _corners(system, body, interface)
+        point, normal, plane_body = plane
+        face_body, corners = names.index(contact.body), _corners(system, body, interface)
         if contact.other is not None:
             partner = system.bodies[contact.other.body]
-            theirs = _corners(system, partner, contact.other.interface)
-            if np.ptp(theirs, axis=0).max() < np.ptp(corners, axis=0).max():  # The smaller face lies on the larger.
+            partner_corners = _corners(system, partner, contact.other.interface)
+            if (
+                np.ptp(partner_corners, axis=0).max() < np.ptp(corners, axis=0).max()
+            ):  # The smaller face lies on the larger.
                 point, normal = corners.mean(axis=0), body.modal.interfaces[interface].normals[0]
-                near, far, corners, interface = far, near, theirs, contact.other.interface
+                face_body, plane_body = plane_body, face_body
+                corners, interface = partner_corners, contact.other.interface
         if len(corners) < 2:
             continue
         row = contact.rows.start
@@ -179,8 +182,8 @@ def _faces(system: System) -> Iterator[Face]:
         yield Face(
             name=contact.name,
             interface=interface,
-            component=system.scene.component_of(names[near]),
-            sides=(near, far),
+            component=system.scene.component_of(names[face_body]),
+            sides=(face_body, plane_body),
             corners=np.vstack([corners, corners.mean(axis=0)]),
             point=point,
             normal=normal,

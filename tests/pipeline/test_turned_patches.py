@@ -57,9 +57,9 @@ against = { shape = "body", body = "FAR", interface = "FARFACE" }
 """
 
 
-def swapped(near: str, near_face: str, far: str, far_face: str) -> str:
-    text = ANVIL.replace("NEARFACE", near_face).replace("FARFACE", far_face)
-    return text.replace("NEAR", near).replace("FAR", far)
+def swapped(body: str, face: str, partner: str, partner_face: str) -> str:
+    text = ANVIL.replace("NEARFACE", face).replace("FARFACE", partner_face)
+    return text.replace("NEAR", body).replace("FAR", partner)
 
 
 CONTACTS = {
@@ -132,5 +132,5 @@ duration = 1e-3
 checks = false
 """
     )
-    found, reason = solved(tmp_path, scene.replace("ARM", str(arm)))
-    assert found == result, reason
+    outcome, reason = solved(tmp_path, scene.replace("ARM", str(arm)))
+    assert outcome == result, reason
