@@ -36,6 +36,11 @@ LONGER = 1.5
 """Ratio of two steps from which on their runs are compared."""
 RESOLVED = 1.0
 """dt·ω_c of the larger of two steps up to which they resolve contact."""
+STATED = 0.1
+"""Error of the steps, above the default of run.accuracy at every step tried, up to which a run states it: of long
+trains of impacts, which amplify small differences. Above it, and of an accuracy that is asked for, it is a failure."""
+ALIKE = 0.01
+"""Relative change of the energy error by a finer step up to which it is none of the step."""
 EXPECTED_ORDER = 1.5
 """Order with which the next step is predicted."""
 
@@ -56,7 +61,8 @@ def controlled(
 ) -> tuple[Trajectory, Plan]:
     """Return the first run whose estimated errors are below an accuracy, and its plan: a given one with halved steps.
 
-    A run whose errors stay above it at every step tried, or do not decrease, ends as `Result.INACCURATE`.
+    A run whose errors stay above it at every step tried, or do not decrease, ends as `Result.INACCURATE` or, where the
+    accuracy is the default, with its errors up to `STATED`. An energy error that no step changes is not the step's.
 
     Args:
         trajectory: The run of the largest steps.
@@ -77,7 +83,7 @@ def controlled(
             # A run that ends early with a larger step has no results to compare.
             jump = 1
             if halvings >= MOST_HALVINGS:
-                return replace(trajectory, result=Result.INACCURATE.name), finer
+                return _unsettled(system, trajectory), finer
             continue
         differences = difference(before, trajectory, system.separation)
         largest = max(differences)
@@ -85,14 +91,64 @@ def controlled(
         trajectory = replace(trajectory, estimates=trajectory.estimates | errors)
         error = max(errors.values(), default=0.0)
         worst = max(error, trajectory.energy_drift)
+        if error <= bound < worst and _same_drift(before, trajectory):
+            return _created_at_impacts(system, trajectory), finer
         largest_before = max(largest_before, largest)
         if worst <= bound and error_before <= bound:
             return trajectory, finer
         error_before = worst if unresolved else 0.0
         if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * largest_before):
-            return replace(trajectory, result=Result.INACCURATE.name), finer
+            return _unsettled(system, trajectory), finer
         needed = math.ceil(math.log2(max(worst / bound, 1.0)) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)
+
+
+def _same_drift(before: Trajectory, trajectory: Trajectory) -> bool:
+    """Return whether two runs have the same energy error."""
+    return abs(before.energy_drift - trajectory.energy_drift) <= ALIKE * trajectory.energy_drift
+
+
+def _created_at_impacts(system: System, trajectory: Trajectory) -> Trajectory:
+    """Return a run whose energy error no step changes: with the contacts whose impacts create it, if it has any.
+
+    Newton's restitution of the velocity along the normal does not bound the energy where friction turns the bodies (T.
+    R. Kane and D. A. Levinson, Dynamics: Theory and Applications, McGraw-Hill 1985, section 5.8).
+    """
+    contacts = system.scene.contact
+    names = [n for n, contact in contacts.items() if contact.restitution and contact.friction is not None]
+    if not names:
+        return trajectory
+    reason = (
+        f"contact.{', contact.'.join(names)}: impacts with Newton's restitution and Coulomb's friction change the"
+        f" energy by {trajectory.energy_drift:.2g} of what contacts exchange, at any step: together they do not bound"
+        " it where friction turns the bodies; reduce restitution or friction, or give the contact a surface_stiffness"
+    )
+    return replace(trajectory, result=Result.RESTITUTION.name, counts=trajectory.counts | {"reason": reason})
+
+
+def _unsettled(system: System, trajectory: Trajectory) -> Trajectory:
+    """Return a run whose errors stay above run.accuracy: it states them, or fails."""
+    errors = [value for name, value in trajectory.estimates.items() if name.startswith("step.")]
+    stated = bool(errors) and max(*errors, trajectory.energy_drift) <= STATED
+    if stated and system.scene.run.accuracy is None and trajectory.result == Result.FINISHED.name:
+        return trajectory
+    return replace(trajectory, result=Result.INACCURATE.name)
+
+
+def unsettled_notes(system: System, trajectory: Trajectory) -> list[str]:
+    """Return a sentence where a finished run with controlled steps states errors above the default accuracy."""
+    run = system.scene.run
+    errors = {name: value for name, value in trajectory.estimates.items() if name.startswith("step.")}
+    if run.step is not None or run.accuracy is not None or max(errors.values(), default=0.0) <= ACCURACY:
+        return []
+    listed = ", ".join(
+        f"{name.removeprefix('step.')} {value:.2g}" for name, value in errors.items() if value > ACCURACY
+    )
+    return [
+        f"run.accuracy: the errors of the step stay above its default, {ACCURACY:g}, at every step tried ({listed}), as"
+        " in long trains of impacts, which amplify small differences: they are stated, not limited; a shorter"
+        " run.duration has smaller ones"
+    ]
 
 
 def _bound(system: System, plan: Plan) -> tuple[float, bool]:

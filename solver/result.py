@@ -56,6 +56,10 @@ class Result(Enum):
         "the points of a contact moved aside by more than run.limits.offset; shorten run.duration, or raise"
         " run.limits.offset"
     )
+    FACE_TURNED = (
+        "the face of a patch turned into what it meets, whose one force does not hold it; set"
+        " component.NAME.interface.NAME.kind to 'points'"
+    )
     SLIP_ACROSS = (
         "a contact point moved across its line of friction: friction acts along contact.NAME.friction.direction only"
     )

@@ -15,11 +15,12 @@ from gudgeon.modaldb.records.trajectory import (
     ROTATION_NOTES,
     Trajectory,
 )
-from gudgeon.solver.accuracy import controlled, with_step_estimates
+from gudgeon.solver.accuracy import controlled, unsettled_notes, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import SAMPLES, Run, with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
+from gudgeon.solver.checks.limits import Limits
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes, slanting_notes
 from gudgeon.solver.checks.resolved import passed_over, unresolved, with_peaks, with_resolved_forces
@@ -34,7 +35,6 @@ from gudgeon.solver.ports.undetermined import undetermined_notes
 from gudgeon.solver.ports.uniqueness import friction_limits, refuse_ambiguous_friction
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.results.leaving import left_text
-from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.results.trajectory import Ending, Histories, trajectory_of
 from gudgeon.solver.results.written import unequal
 from gudgeon.solver.system.bases.swaps import begun, swaps_of
@@ -115,6 +115,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     notes += adjusted_notes(system) + slanting_notes(system) + overhang_notes(system)
     trajectory = _simulated(system, plan, progress)
     notes += undetermined_notes(system, trajectory)
+    if not plan.integrator.own_steps and plan.fixed_step is None and Result[trajectory.result].ok:
+        notes += unsettled_notes(system, trajectory)
     return replace(trajectory, counts=trajectory.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else trajectory
 
 
@@ -278,9 +280,7 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         _record(histories, frame, outcome)
         done = frame + 1
         times = schedule.interval * np.arange(span.start + 1, span.stop + 1)
-        exit_ = None
-        if not plan.integrator.turns:
-            exit_ = limits.test(times, histories.samples.part(span))
+        exit_ = limits.test(times, histories.samples.part(span))
         if exit_ is not None:
             result, reason = exit_
             break

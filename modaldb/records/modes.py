@@ -45,6 +45,10 @@ class InterfaceModes:
     """Facets all of whose contact points belong to the interface, by the numbers of these points, (f, 3): the mid-side
     nodes of a triangle in the order of its edges, outward; the ends and the middle of an edge of a plane part. Empty
     where points are no nodes of facets."""
+    outline: Array | None = field(
+        default=None, metadata=rule("h' 3", unit="m", name="corners of the face of a patch", columns="x, y, z")
+    )
+    """Corners of the convex hull of the face that the one point of a patch stands for [m], (h, 3); None of points."""
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import ConvexHull
 
 from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.traction import cross_axes
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.surfaces import find_surface
@@ -54,7 +56,27 @@ def patch_point(mesh: MeshRecord, interface: Interface, key: str) -> ContactPoin
         )
     nodes = np.unique(surface.facets)
     nearest = nodes[[int(np.linalg.norm(mesh.nodes[nodes] - centroid, axis=1).argmin())]]
-    return ContactPoints(nearest, centroid[None], normal[None], np.array([area]), np.zeros(1, bool))
+    return ContactPoints(
+        nearest, centroid[None], normal[None], np.array([area]), np.zeros(1, bool),
+        outline=outline(mesh.nodes[nodes], normal),
+    )  # fmt: skip
+
+
+def outline(points: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return the corners of the convex hull of points of a plane [m], (h, 3), or the ends of points along a line.
+
+    Args:
+        points: [m], (n, 3).
+        normal: Of the plane, (3,).
+    """
+    across = cross_axes(normal)
+    arms = points - points.mean(axis=0)
+    plane = arms @ np.array(across).T
+    lengths, axes = np.linalg.svd(plane, full_matrices=False)[1:]
+    if lengths[-1] <= FLATNESS * lengths[0]:
+        along = plane @ axes[0]
+        return points[[int(along.argmin()), int(along.argmax())]]
+    return points[ConvexHull(plane).vertices]
 
 
 def normal_rows(model: FEModel, interface: Interface, points: ContactPoints) -> sparse.csr_matrix:

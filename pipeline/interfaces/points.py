@@ -49,10 +49,13 @@ class ContactPoints:
     areas: np.ndarray
     edge: np.ndarray
     facets: np.ndarray = field(default_factory=lambda: np.empty((0, 3), np.int64))
+    outline: np.ndarray | None = None
 
     def modes(self, rows: np.ndarray) -> InterfaceModes:
         """Return the record with the points' displacement rows per coordinate, (c, m)."""
-        return InterfaceModes(self.nodes, self.points, self.normals, self.areas, self.edge, rows, facets=self.facets)
+        return InterfaceModes(
+            self.nodes, self.points, self.normals, self.areas, self.edge, rows, facets=self.facets, outline=self.outline
+        )
 
 
 def contact_points(mesh: MeshRecord, interface: Interface, key: str) -> ContactPoints:

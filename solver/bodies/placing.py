@@ -81,6 +81,7 @@ def turned_modes(modal: ModalRecord, Q: np.ndarray | None) -> ModalRecord:
                 points=_vectors(item.points, Q),
                 normals=_vectors(item.normals, Q),
                 tangents=_vectors(item.tangents, Q),
+                outline=_vectors(item.outline, Q),
             )
             for name, item in modal.interfaces.items()
         },

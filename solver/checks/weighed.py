@@ -146,6 +146,8 @@ def _with_mass(
         return modal
     y = R @ forces
     compliance = float(forces @ y)
+    if not compliance > 0:
+        return modal
     each = (forces @ (_all_rows(modal) / omega)) ** 2
     octave = float(each[modes & (omega > 0.5 * top) & (omega <= top)].sum())
     inertial_compliance = min(MOST * compliance, inertial(compliance, octave, float(each.sum())))

@@ -116,6 +116,7 @@ def modes() -> ModalRecord:
                 edge=np.array([False]),
                 rows=ramp(1, 3, start=9.0),
                 facets=np.empty((0, 3), np.int64),
+                outline=ramp(4, 3, start=29.0),
             ),
         },
         interface_rows={

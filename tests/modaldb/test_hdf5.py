@@ -187,7 +187,10 @@ def test_only_reads_all_below_a_path(tmp_path: Path, touched: list[str]) -> None
     path = written(tmp_path / "r.h5", "modes", modes())
     read = hdf5.read_record(path, "modes", only=["interfaces/anti", "inertia_couplings"])
     assert sorted(touched) == sorted(
-        [f"interfaces/anti/{name}" for name in ("areas", "edge", "facets", "nodes", "normals", "points", "rows")]
+        [
+            f"interfaces/anti/{name}"
+            for name in ("areas", "edge", "facets", "nodes", "normals", "outline", "points", "rows")
+        ]
         + [
             f"inertia_couplings/{name}"
             for name in (

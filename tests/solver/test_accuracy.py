@@ -1,5 +1,6 @@
 """The step that a run finds for itself: impulses and windowed forces of the default are those of much finer steps."""
 
+import itertools
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -136,6 +137,45 @@ def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: 
     found, _ = controlled(system, irregular)
     assert found.result == Result.INACCURATE.name
     assert found.estimates["step.impulse"] > 0.01
+
+
+@pytest.mark.parametrize(("asked", "spread", "result"), [
+    (None, 0.02, "FINISHED"), (None, 0.5, "INACCURATE"), (1e-3, 0.02, "INACCURATE"),
+])  # fmt: skip
+def test_errors_above_the_default_accuracy_are_stated_up_to_a_tenth(
+    tmp_path: Path, asked: float | None, spread: float, result: str
+) -> None:
+    """As those of the tenth revolution of an engine; an accuracy that is asked for is met or refused."""
+    settings = {} if asked is None else {"accuracy": asked}
+    system, factors = rod(tmp_path, integrator="implicit", **settings), itertools.cycle([1 - spread, 1 + spread])
+    good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
+
+    def irregular(plan: Any) -> Trajectory:
+        return replace(good, impacts={"wall": good.impacts["wall"] * next(factors)})
+
+    settled, _ = controlled(system, irregular)
+    assert settled.result == result
+    assert settled.estimates["step.impulse"] > accuracy.ACCURACY
+    (note,) = accuracy.unsettled_notes(system, settled) or [""]
+    assert note.startswith("run.accuracy: the errors of the step stay above its default") == (asked is None)
+
+
+def test_energy_that_restitution_creates_with_friction_is_the_reason(tmp_path: Path) -> None:
+    """Kane's paradox: a sliding body strikes with its centre behind the point; without rebound none is created."""
+    points = {"a": ((0.3, 0, -0.4), (0, 0, -1))}
+    contact = {"body": "part", "interface": "a", "method": "impact", "restitution": 0.9, "friction": {"static": 1.0},
+               "against": {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}}  # fmt: skip
+    scene: dict[str, Any] = {
+        "body": {"part": {"position": [0, 0, 0.41], "velocity": [-1.0, 0, -1.0], "freedom": ["x", "z", "ry"]}},
+        "contact": {"a": contact},
+        "run": {"duration": 2e-2, "integrator": "implicit"},
+    }
+    records = rigid_records(1.0, points, (0.083, 0.083, 0.083))
+    outcome = simulate(build(tmp_path / "large", records, scene))
+    assert outcome.result == "RESTITUTION"
+    assert outcome.counts["reason"].startswith("contact.a: impacts with Newton's restitution and Coulomb's friction")
+    contact["restitution"] = 0.0
+    assert simulate(build(tmp_path / "small", records, scene)).result == "FINISHED"
 
 
 def test_differences_that_do_not_decrease_end_the_search_for_a_step_after_seven_halvings(tmp_path: Path) -> None:

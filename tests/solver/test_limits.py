@@ -8,8 +8,8 @@ import pytest
 
 from gudgeon.modaldb.records.modes import InterfaceModes, ModalRecord, MorphRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.solver.checks.limits import Limits
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.results.limits import Limits
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import (
     LENGTH,

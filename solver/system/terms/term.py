@@ -98,7 +98,7 @@ def contact_terms(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
 def _far_side(scene: Scene, name: str, partner: MasterSurface | OtherBody, *, elastic: bool) -> Iterator[Term]:
     """Yield the terms of a contact on the body that the contact's own one meets."""
     path, contact = f"modes:interfaces/{partner.interface}", scene.contact[name]
-    fields = (f"{path}/rows", f"{path}/normals", f"{path}/facets", f"morph:points/{partner.interface}")
+    fields = f"{path}/rows", f"{path}/normals", *_face(path), f"{path}/facets", f"morph:points/{partner.interface}"
     friction = _friction(name, contact, (partner.body, partner.interface), elastic=elastic)
     if contact.body == partner.body:
         across = friction.fields if contact.friction is not None else ()
@@ -110,6 +110,11 @@ def _far_side(scene: Scene, name: str, partner: MasterSurface | OtherBody, *, el
     )
     if contact.friction is not None:
         yield friction
+
+
+def _face(path: str) -> tuple[str, str]:
+    """Return the fields of the face that a patch stands for, as it was meshed."""
+    return f"{path}/points", f"{path}/outline"
 
 
 def _across_fields(interface: str) -> tuple[str, str]:
@@ -131,7 +136,7 @@ def _near_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
     facets = (f"{path}/facets", f"{path}/areas") if isinstance(contact.against, OtherBody) else ()
     yield Term(
         f"contact {name}", body, True, _faced(contact),
-        (f"{path}/rows", f"{path}/normals", f"{path}/edge", *facets, f"morph:points/{contact.interface}"),
+        (f"{path}/rows", f"{path}/normals", f"{path}/edge", *_face(path), *facets, f"morph:points/{contact.interface}"),
     )  # fmt: skip
     slides = isinstance(contact.against, MasterSurface)
     yield Term(f"sliding of {name}", body, slides, f"against.shape is '{contact.against.shape}'")

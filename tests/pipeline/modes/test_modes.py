@@ -321,3 +321,19 @@ def test_a_refusal_names_the_quantity_that_failed(tiny: FEModel) -> None:
         problem.refuse_inexact(values, np.array([1e-12, 0.1]), 1e-11)
     with pytest.raises(StageError, match=r"^modes: orthogonality 3e-10, allowed: 1e-10$"):
         problem.refuse_inexact(values, small, 3e-10)
+
+
+@pytest.mark.parametrize("theory", ["euler-bernoulli", "timoshenko"])
+def test_modes_of_slender_beams_in_space_are_as_exact_as_round_off(theory: str) -> None:
+    """The uncertainty of eigenvalues is round-off of the largest one, of which max(K_ii/M_ii) may be a twentieth."""
+    section = Rectangle(kind="rectangle", width=1e-3, height=1e-3)
+    beam = Beam(kind="beam", theory=theory, length=1.0, section=section, motion="space")
+    problem = Problem.of(build_model(beam.build(0.01), Material(E=210e9, nu=0.3, rho=7850.0), geometry=beam))
+    exact = linalg.eigvalsh(problem.K.toarray(), problem.M.toarray())
+    assert problem.largest == pytest.approx(exact[-1], rel=0.1)
+    assert problem.highest < 0.7 * exact[-1]
+    value, unit = np.array([exact[6]]), np.finfo(float).eps * exact[-1] / exact[6]
+    assert unit > 1e-9
+    problem.refuse_inexact(value, np.array([8 * unit]), 1e-12)
+    with pytest.raises(StageError, match="residual"):
+        problem.refuse_inexact(value, np.array([20 * unit]), 1e-12)

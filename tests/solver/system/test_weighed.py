@@ -1,5 +1,6 @@
 """The weighed system: the static response of each body is kept, and a part of its R has a mass."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +75,24 @@ def test_what_has_nothing_to_weigh_is_left(case: str, tmp_path: Path) -> None:
     system = build(tmp_path, block_records(3), block_scene(**settings))
     forces = {name: 0 * one for name, one in ones(system).items()} if case == "no force" else ones(system)
     assert weighed(system, forces) is None
+
+
+def test_a_load_that_deforms_nothing_has_nothing_to_weigh(tmp_path: Path) -> None:
+    """As a moment about the normal of a face has none where Poisson's ratio is 0 and the modes do not twist it."""
+    records = driven_pair_records(6)
+    rigid = {
+        name: (
+            replace(
+                modal,
+                residual_flexibility=None if modal.residual_flexibility is None else 0 * modal.residual_flexibility,
+                loads={load: replace(item, rows=0 * item.rows) for load, item in modal.loads.items()},
+            ),
+            morph,
+        )
+        for name, (modal, morph) in records.items()
+    }
+    assert weighed(build_all(tmp_path / "soft", records, driven_pair_scene()), {}) is not None
+    assert weighed(build_all(tmp_path / "stiff", rigid, driven_pair_scene()), {}) is None
 
 
 def test_ratios_that_end_before_its_frequency_leave_the_other_estimates(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gudgeon.solver.checks.faces import Faces
 from gudgeon.solver.contact.pairs import ASIDE
 from gudgeon.solver.contact.rows import ContactRows
 from gudgeon.solver.integrators.outcome import Samples
@@ -66,6 +67,7 @@ class Limits:
 
     def __init__(self, system: System) -> None:
         self._system = system
+        self._faces = Faces(system)
         self._contacts = list(_offsets(system))
         self._reach = np.array([c.reach for c in self._contacts]).reshape(len(self._contacts), len(system.rigid), 2)
         self._offsets = np.array([c.limit for c in self._contacts])
@@ -84,9 +86,14 @@ class Limits:
             times: Ends of its samples [s], (s,).
             samples: Its samples.
         """
+        turned_faces = [
+            (face.time, Exit(Result.FACE_TURNED, face.sentence)) for face in self._faces.test(times, samples)
+        ]
+        if self._system.scene.capabilities.turns:
+            return min(turned_faces)[1] if turned_faces else None
         r = len(self._system.rigid)
         positions = samples.snapshots[:, :r]
-        exits = [*self._deformed(times, samples.paths.squares), *self._turned(times, positions)]
+        exits = [*turned_faces, *self._deformed(times, samples.paths.squares), *self._turned(times, positions)]
         exits += self._moved_aside(times, positions, samples.forces)
         exits += self._slipped(times, samples.snapshots[:, r : 2 * r], samples.forces)
         return min(exits, key=lambda item: item[0])[1] if exits else None
@@ -104,12 +111,13 @@ class Limits:
                 yield times[frame], Exit(Result.ROTATION, _turned_too_far(name, angles[frame], times[frame], limit))
 
     def notes(self) -> list[str]:
-        """Return a note of each body that turned beyond small motion in a run whose limit allows it."""
+        """Return a note of each face of a patch that turns, and of each body that turned beyond small motion in a run
+        whose limit allows it."""
         scene = self._system.scene
-        if (limit := scene.run.limits.angle) <= SMALL_ROTATION:
-            return []
+        if (limit := scene.run.limits.angle) <= SMALL_ROTATION or scene.capabilities.turns:
+            return self._faces.notes()
         advice = '; run.integrator = "mechanism" computes both' if scene.may_turn else ""
-        return [
+        return self._faces.notes() + [
             f"body.{name} turned by {angle:.3g} rad, which run.limits.angle = {limit:g} allows: beyond"
             f" {SMALL_ROTATION:g} rad this is right only where rotation changes neither the contact geometry nor the"
             f" inertia, since rotations are linear and gyroscopic terms are left out{advice}"
