@@ -114,6 +114,13 @@ def _errors(system: System, trajectory: Trajectory, run: Run, modes: Mapping[str
     return {f"mesh.{name}": MARGIN * value for name, value in relative_changes.items()}
 
 
+def continuum(system: System) -> System | None:
+    """Return a system with the estimated frequencies of the continuum of all bodies; None if there are no estimates."""
+    corrected = {name: _corrected(body.modal) for name, body in system.bodies.items()}
+    modes = {name: modal for name, modal in corrected.items() if modal is not None}
+    return _continuum(system, modes) if modes else None
+
+
 def _continuum(system: System, modes: Mapping[str, ModalRecord]) -> System:
     """Return a system with other modes of some bodies, those with the estimated frequencies of the continuum."""
     bodies = {name: replace(body, modal=modes.get(name, body.modal)) for name, body in system.bodies.items()}
