@@ -131,6 +131,7 @@ class Collocation(Integrator):
         }
     )  # fmt: skip
     order = 6
+    accuracy = 1e-8
     promised_drift = 1e-6
     own_steps = True
     largest = 1.0

@@ -3,11 +3,12 @@
 import math
 from dataclasses import replace
 
-from gudgeon.modaldb.records.trajectory import NOT_ESTIMATED, Trajectory
+from gudgeon.modaldb.records.trajectory import CHANGING, NOT_ESTIMATED, Trajectory
 from gudgeon.solver.checks.basis import touches
 from gudgeon.solver.checks.readings import readings
 from gudgeon.solver.integrators.steps import Plan
 from gudgeon.solver.result import Result
+from gudgeon.solver.system.bases.swaps import swaps_of
 from gudgeon.solver.system.system import System
 
 SOURCES = ("step", "basis", "mesh")
@@ -40,6 +41,8 @@ def _reason(source: str, system: System, trajectory: Trajectory, plan: Plan) -> 
         return "nothing touches, and nothing is read"
     if source == "step":
         return "runs with other steps are equal to it" if plan.fixed_step is None else "no run with another step ends"
+    if swaps_of(system) is not None:
+        return CHANGING
     if source == "basis":
         return "no body has a mode that could be left out"
     return "the elements of no body have an estimate"

@@ -18,6 +18,8 @@ FLOOR = 1e-5
 """Relative error below which a figure is met: smaller ones of truth and statement are taken to be it."""
 FINER = 8
 """Steps of a run over those of the run that shows their error."""
+NEGLIGIBLE = 0.1
+"""Share of the largest stated error of a figure below which that by another source does not matter."""
 SOURCES = ("step", "basis", "mesh")
 LARGEST = 0.5
 """True relative error from which a figure has no digit: a statement above half of that is enough."""
@@ -38,15 +40,19 @@ class Row:
     true: float
     reason: str = ""
     """Why nothing is stated."""
+    largest: float = 0.0
+    """Largest stated error of the figure by any source."""
+
+    @property
+    def floor(self) -> float:
+        """Error below which the figure is met, or the source does not matter beside another one."""
+        return max(FLOOR, NEGLIGIBLE * min(self.largest, LARGEST) if self.source != "total" else 0.0)
 
     @property
     def ratio(self) -> float:
-        """Stated over true error; both are at least `FLOOR`, at most 1."""
-        return _bounded(self.stated or 0.0) / _bounded(self.true)
-
-
-def _bounded(error: float) -> float:
-    return min(max(abs(error), FLOOR), LARGEST)
+        """Stated over true error; both are at least the floor, at most `LARGEST`."""
+        stated, true = (min(max(abs(error), self.floor), LARGEST) for error in (self.stated or 0.0, self.true))
+        return stated / true
 
 
 @dataclass(frozen=True)
@@ -97,10 +103,13 @@ def rows_of(kind: str, number: int, case: Case, folder: Path) -> Iterator[Row]:
         figure = f"{name}.{answer.kinds[name]}"
         note(figure, "total", float(np.abs(values[:, 0] - truth).max() / np.abs(truth).max()))
     finer = {source: dict(overrides) for source, overrides in case.finer.items()}
-    fixed = {"run.step": answer.step} if answer.step else {}
+    fixed: dict[str, Any] = {"run.step": answer.step} if answer.step else {}
+    windows = [value for name, value in answer.values.items() if name.endswith(".force_window")]
+    if windows and windows[0] > 0:  # Peaks are compared over one window.
+        fixed["run.window"] = windows[0]
     finer = {source: overrides | fixed for source, overrides in finer.items()}
     if case.steps and answer.step:
-        finer["step"] = {"run.step": answer.step / FINER}
+        finer["step"] = fixed | {"run.step": answer.step / FINER}
     for source, overrides in finer.items():
         against = solved(case, overrides | {"run.checks": False}, folder)
         for name in [*case.exact, *case.read]:
@@ -114,7 +123,8 @@ def rows_of(kind: str, number: int, case: Case, folder: Path) -> Iterator[Row]:
                 note(f"{name}.{answer.kinds[name]}", source, float(difference))
     for (figure, source), true in errors.items():
         stated, reason = stated_of(answer, figure, source)
-        yield Row(kind, number, figure, source, stated, true, reason)
+        by_source = [answer.estimates.get(f"{name}.{figure}", 0.0) for name in SOURCES]
+        yield Row(kind, number, figure, source, stated, true, reason, max(by_source))
 
 
 def relative(value: float, truth: float, size: float) -> float:
@@ -145,6 +155,8 @@ READ = ("displacement", "velocity", "acceleration", "rotation", "force", "moment
 def figure_of(quantity: str) -> str:
     """Return the name of the estimate that covers a quantity."""
     owner, _, name = quantity.partition(".")
+    if "." in name:  # Of a gauge of a body.
+        return quantity.rpartition(".")[0]
     if name in PLAIN and owner not in ("r", "v", "t", "d", "j"):
         return PLAIN[name]
     base = name.removesuffix("_peak").removesuffix("_end")

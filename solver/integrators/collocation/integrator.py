@@ -19,8 +19,6 @@ from gudgeon.solver.integrators.uncoupled import SLOWEST, uncoupled
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
-ACCURACY = 1e-8
-"""Relative error of the forces, where the scene states none."""
 CHUNK = 512
 """Steps of a call of the core."""
 IMPACT_POINTS = np.linspace(0.0, 1.0, 5)
@@ -41,7 +39,7 @@ class Collocation(capabilities.Collocation):
         eigen = uncoupled(system)
         self._basis, self._modes, self._omega = eigen.solved, eigen.modes, eigen.omega
         self._record, self._last = Record(system), run.duration
-        self._tolerance = run.accuracy or ACCURACY
+        self._tolerance = run.accuracy or self.accuracy
         self._fixed = fixed_step is not None
         self._tables = _empty(fixed_step or run.duration / 16, c, n)
         balance = np.zeros(LOST + 1)
