@@ -5,13 +5,15 @@ for each further halving. Convergence of impacts is irregular, so that no higher
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, IMPULSE, WINDOWED, Trajectory
+from gudgeon.solver.checks.basis import REBOUND, fastest_body
+from gudgeon.solver.checks.readings import changes, readings
 from gudgeon.solver.integrators.steps import Plan, plan_run
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.system.system import System
@@ -41,6 +43,12 @@ STATED = 0.1
 trains of impacts, which amplify small differences. Above it, and of an accuracy that is asked for, it is a failure."""
 ALIKE = 0.01
 """Relative change of the energy error by a finer step up to which it is none of the step."""
+COARSER = 30.0
+"""run.accuracy over that of the run, of the run that shows errors of an integrator that chooses its steps by it."""
+MARGIN = 3.0
+"""Factor on differences of these runs, over the ratio of accuracies: errors fall less than the accuracy does."""
+MEANS = ("force", "acceleration")
+"""Kinds of readings that are means over a sample interval."""
 EXPECTED_ORDER = 1.5
 """Order with which the next step is predicted."""
 
@@ -87,9 +95,9 @@ def controlled(
             continue
         differences = difference(before, trajectory, system.separation)
         largest = max(differences)
-        errors = {f"step.{name}": value / 2 ** (jump - 1) for name, value in differences._asdict().items() if value}
+        error = largest / 2 ** (jump - 1)
+        errors = step_errors(system, (before, trajectory), differences, 2.0 ** (1 - jump))
         trajectory = replace(trajectory, estimates=trajectory.estimates | errors)
-        error = max(errors.values(), default=0.0)
         worst = max(error, trajectory.energy_drift)
         if error <= bound < worst and _same_drift(before, trajectory):
             return _created_at_impacts(system, trajectory), finer
@@ -128,8 +136,8 @@ def _created_at_impacts(system: System, trajectory: Trajectory) -> Trajectory:
 
 def _unsettled(system: System, trajectory: Trajectory) -> Trajectory:
     """Return a run whose errors stay above run.accuracy: it states them, or fails."""
-    errors = [value for name, value in trajectory.estimates.items() if name.startswith("step.")]
-    stated = bool(errors) and max(*errors, trajectory.energy_drift) <= STATED
+    errors = _controlled_errors(trajectory)
+    stated = bool(errors) and max(*errors.values(), trajectory.energy_drift) <= STATED
     if stated and system.scene.run.accuracy is None and trajectory.result == Result.FINISHED.name:
         return trajectory
     return replace(trajectory, result=Result.INACCURATE.name)
@@ -138,17 +146,21 @@ def _unsettled(system: System, trajectory: Trajectory) -> Trajectory:
 def unsettled_notes(system: System, trajectory: Trajectory) -> list[str]:
     """Return a sentence where a finished run with controlled steps states errors above the default accuracy."""
     run = system.scene.run
-    errors = {name: value for name, value in trajectory.estimates.items() if name.startswith("step.")}
+    errors = _controlled_errors(trajectory)
     if run.step is not None or run.accuracy is not None or max(errors.values(), default=0.0) <= ACCURACY:
         return []
-    listed = ", ".join(
-        f"{name.removeprefix('step.')} {value:.2g}" for name, value in errors.items() if value > ACCURACY
-    )
+    listed = ", ".join(f"{name} {value:.2g}" for name, value in errors.items() if value > ACCURACY)
     return [
         f"run.accuracy: the errors of the step stay above its default, {ACCURACY:g}, at every step tried ({listed}), as"
         " in long trains of impacts, which amplify small differences: they are stated, not limited; a shorter"
         " run.duration has smaller ones"
     ]
+
+
+def _controlled_errors(trajectory: Trajectory) -> dict[str, float]:
+    """Return the estimated errors by steps that run.accuracy limits; those of readings are stated alone."""
+    estimates = {name: trajectory.estimates.get(f"step.{name}", 0.0) for name in Difference._fields}
+    return {name: value for name, value in estimates.items() if value}
 
 
 def _bound(system: System, plan: Plan) -> tuple[float, bool]:
@@ -187,9 +199,74 @@ def with_step_estimates(
         raise RunStopped
     if not Result[against.result].ok:
         return trajectory
-    differences = difference(against, trajectory, system.separation)._asdict()
-    errors = {f"step.{name}": value * (1 if longer else 2) for name, value in differences.items() if value}
+    differences = difference(against, trajectory, system.separation)
+    errors = step_errors(system, (against, trajectory), differences, 1.0 if longer else 2.0)
     return replace(trajectory, estimates=trajectory.estimates | errors)
+
+
+def with_accuracy_estimates(
+    system: System, trajectory: Trajectory, plan: Plan, run: Callable[[System], Trajectory]
+) -> Trajectory:
+    """Return the run of an integrator that chooses its steps by run.accuracy with its estimated errors, by a run of
+    `COARSER` times that accuracy; unchanged where its motion has no step, or the other run fails.
+
+    Args:
+        system: The one that was run.
+        trajectory: Its trajectory.
+        plan: Its plan.
+        run: Integrates another system at the same samples.
+    """
+    settings = system.scene.run
+    accuracy = settings.accuracy or plan.integrator.accuracy
+    if plan.fixed_step is not None or math.isnan(accuracy):
+        return trajectory
+    scene = system.scene.model_copy(update={"run": settings.model_copy(update={"accuracy": COARSER * accuracy})})
+    against = run(replace(system, scene=scene))
+    if not Result[against.result].ok or len(against.times) != len(trajectory.times):
+        return trajectory
+    differences = difference(against, trajectory, system.separation)
+    errors = step_errors(system, (against, trajectory), differences, MARGIN / COARSER)
+    return replace(trajectory, estimates=trajectory.estimates | errors)
+
+
+def step_errors(
+    system: System, runs: tuple[Trajectory, Trajectory], differences: Difference, factor: float
+) -> dict[str, float]:
+    """Return the errors by steps of a run from its differences from another one: `step.impulse`, `step.force` and
+    `step.rebound` of contacts, `step.motion` without any, and `step.NAME.KIND` of each reading.
+
+    Args:
+        system: The one that was run.
+        runs: The other run, and the run.
+        differences: Theirs.
+        factor: Error over difference.
+    """
+    errors = {name: value for name, value in differences._asdict().items() if value}
+    errors |= changes(*alike(*(readings(system, run) for run in runs)))
+    speed = fastest_body(system)
+    keys = [name for name in runs[1].quantities if name.partition(".")[2] in REBOUND and name in runs[0].quantities]
+    if speed > 0 and keys:
+        errors["rebound"] = (
+            max(abs(runs[0].quantities[k]["value"] - runs[1].quantities[k]["value"]) for k in keys) / speed
+        )
+    return {f"step.{name}": factor * value for name, value in errors.items()}
+
+
+def alike(
+    first: Mapping[str, np.ndarray], second: Mapping[str, np.ndarray]
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Return readings of two runs, (s, k) each, at the samples of that which has fewer; those that are means over a
+    sample interval only where both have equally many."""
+    pair: tuple[dict[str, np.ndarray], dict[str, np.ndarray]] = {}, {}
+    for name, values in first.items():
+        other = second.get(name, values[:0])
+        fewer, more = sorted((len(values), len(other)))
+        if fewer == 0 or more % fewer or (more > fewer and name.rpartition(".")[2] in MEANS):
+            continue
+        for thinned, history in zip(pair, (values, other), strict=True):
+            stride = len(history) // fewer
+            thinned[name] = history[stride - 1 :: stride]
+    return pair
 
 
 def difference(trajectory: Trajectory, reference: Trajectory, window: float) -> Difference:

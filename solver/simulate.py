@@ -15,7 +15,7 @@ from gudgeon.modaldb.records.trajectory import (
     ROTATION_NOTES,
     Trajectory,
 )
-from gudgeon.solver.accuracy import controlled, unsettled_notes, with_step_estimates
+from gudgeon.solver.accuracy import controlled, unsettled_notes, with_accuracy_estimates, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
 from gudgeon.solver.checks.basis import SAMPLES, Run, with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
@@ -23,6 +23,7 @@ from gudgeon.solver.checks.layer import with_layer_estimates
 from gudgeon.solver.checks.limits import Limits
 from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes, slanting_notes
+from gudgeon.solver.checks.reasons import with_reasons
 from gudgeon.solver.checks.resolved import passed_over, unresolved, with_peaks, with_resolved_forces
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
@@ -113,7 +114,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     notes += [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
     notes += adjusted_notes(system) + slanting_notes(system) + overhang_notes(system)
-    trajectory = _simulated(system, plan, progress)
+    trajectory = with_reasons(system, _simulated(system, plan, progress), plan)
     notes += undetermined_notes(system, trajectory)
     if not plan.integrator.own_steps and plan.fixed_step is None and Result[trajectory.result].ok:
         notes += unsettled_notes(system, trajectory)
@@ -189,11 +190,16 @@ def _estimated(system: System, trajectory: Trajectory, plan: Plan, progress: Pro
     def compared(changed: System, interval: float) -> Trajectory:
         if plan.integrator.turns:
             changed = _coarsely(changed)
-        run = _march(changed, plan.sampled(interval), progress)
+        return marched(changed, plan.sampled(interval))
+
+    def marched(changed: System, changed_plan: Plan) -> Trajectory:
+        run = _march(changed, changed_plan, progress)
         if run.result == Result.STOPPED.name:
             raise RunStopped
         return run
 
+    if plan.integrator.own_steps:
+        trajectory = with_accuracy_estimates(system, trajectory, plan, lambda changed: marched(changed, plan))
     sampled = _resolving(system, trajectory, compared)
     interval = float(sampled.times[0])
     for estimated in (with_basis_estimates, with_mesh_estimates, with_layer_estimates, with_grid_estimates):

@@ -34,6 +34,8 @@ SAMPLE_NOTES = "sample_notes"
 """Entry of `Trajectory.counts`: what is to be said of probes that vibrate between samples, one sentence a line."""
 RECORD_NOTES = "record_notes"
 """Entry of `Trajectory.counts`: what the record says twice and not alike, in one sentence."""
+NOT_ESTIMATED = "not_estimated"
+"""Entry of `Trajectory.counts`: why errors are not estimated, by source: `step`, `basis`, `mesh`."""
 NOTES = (FRICTION_NOTES, LINKAGE_NOTES, ROTATION_NOTES, EDGE_NOTES, SAMPLE_NOTES, RECORD_NOTES)
 
 WEAR = "wear"

@@ -81,6 +81,9 @@ def check_lines(report: Any) -> Iterator[str]:
         if entries:
             yield title
             yield from (f"  {name.replace('.', ', '):30} {value:18.2g}" for name, value in entries.items())
+    if report.not_estimated:
+        yield "not estimated"
+        yield from (f"  {f'{source}:':6} {reason}" for source, reason in report.not_estimated.items())
 
 
 def opening_lines(pictures: Mapping[str, Path]) -> Iterator[str]:

@@ -26,6 +26,10 @@ STATIC = "linear-static.csv"
 POINTS, MOST_POINTS = 2001, 1_000_000
 WIDTHS = np.concatenate([-np.geomspace(32, 0.25, 15), [0.0], np.geomspace(0.25, 32, 15)])
 """Points in a resonance, over half of its width at 1/√2 of the peak."""
+SOURCES = ("basis", "mesh")
+"""Of errors of frequencies."""
+NO_RESPONSE_ERROR = "a resonance has the error of its frequency, what lies between has that of R and modes at rest"
+"""Why responses and static answers have no estimate of their own."""
 UNDAMPED = 1e-12
 """Damping ratio that is round-off."""
 MISSED = 0.1
@@ -65,11 +69,13 @@ class Answer:
     files: list[Path]
     notes: list[str] = field(default_factory=list)
     static: StaticTable | None = None
+    not_estimated: dict[str, str] = field(default_factory=dict)
+    """Why errors are not estimated, by source: `basis`, `mesh`, and `response` where one is computed."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
         document = {"modes": self.modes, "closed": self.closed, "files": [str(file) for file in self.files],
-                    "notes": self.notes}  # fmt: skip
+                    "notes": self.notes, "not_estimated": self.not_estimated}  # fmt: skip
         return document | ({} if self.static is None else {"static": self.static.as_json()})
 
 
@@ -88,16 +94,19 @@ def analyse(job: Job, request: Asked, progress: Progress) -> Answer:
         )
     run_job(job, "morph", progress)
     progress("linear", 0.0)
+    from gudgeon.solver.linear.errors import frequency_errors
     from gudgeon.solver.linear.load_stiffness import with_load_stiffness
     from gudgeon.solver.linear.modes import assembled_modes
     from gudgeon.solver.linear.state import linearised
 
     with named(job.path, InputError, SceneError, SolverError):
-        linear = linearised(with_load_stiffness(system_of(job)), request.closed)
+        system = with_load_stiffness(system_of(job))
+        linear = linearised(system, request.closed)
         force, read = _ends(linear, request)
         modes = assembled_modes(linear)
         table = static_table(linear, request.force, request.at) if request.static else None
-    rows, notes = _mode_rows(modes), _notes(linear, modes)
+        errors, reasons = frequency_errors(system, request.closed, modes)
+    rows, notes = _mode_rows(modes, errors), _notes(linear, modes)
     files = [job.out / MODES]
     with held(job.out):
         claim(job)
@@ -113,7 +122,9 @@ def analyse(job: Job, request: Asked, progress: Progress) -> Answer:
             notes += _write_response(job, request, linear, modes, (force, read))
             files += [job.out / RESPONSE, job.out / PICTURE]
     progress("linear", 1.0)
-    return Answer(rows, linear.closed, files, notes, table)
+    if force is not None or request.static:
+        reasons["response"] = NO_RESPONSE_ERROR
+    return Answer(rows, linear.closed, files, notes, table, reasons)
 
 
 def _ends(linear: "Linearised", request: Asked) -> tuple["Place | None", list["Place"]]:
@@ -147,11 +158,14 @@ def _refuse(request: Asked) -> None:
         raise InputError(f"--points {request.points}: allowed: 2 to {MOST_POINTS}")
 
 
-def _mode_rows(modes: "AssembledModes") -> list[dict[str, Any]]:
+def _mode_rows(modes: "AssembledModes", errors: dict[str, np.ndarray]) -> list[dict[str, Any]]:
+    """Return the rows of assembled modes, with the errors of their frequencies by source, (m,) each."""
     rows = []
     for n, (frequency, ratio) in enumerate(zip(modes.frequencies, modes.damping, strict=True)):
         row: dict[str, Any] = {"number": n + 1, "frequency": float(frequency), "damping": float(ratio)}
         row["energy"] = {name: float(fractions[n]) for name, fractions in modes.shares.items()}
+        known = {source: float(values[n]) for source, values in errors.items() if np.isfinite(values[n])}
+        row["estimated_errors"] = known
         row["mass"] = None if modes.masses is None else modes.masses[n].tolist()
         rows.append(row)
     return rows
@@ -162,9 +176,11 @@ def _modes_text(rows: list[dict[str, Any]]) -> str:
     heads += [f"energy of {name} [1]" for name in (rows[0]["energy"] if rows else ())]
     masses = bool(rows) and rows[0]["mass"] is not None
     heads += [f"effective mass {axis} [kg]" for axis in "xyz"] if masses else []
+    heads += [f"estimated error by {source} [1]" for source in SOURCES]
     lines = [
         [str(row["number"]), *(repr(x) for x in (row["frequency"], row["damping"], *row["energy"].values())),
-         *(repr(x) for x in row["mass"] or ())]
+         *(repr(x) for x in row["mass"] or ()),
+         *(repr(row["estimated_errors"].get(source, np.nan)) for source in SOURCES)]
         for row in rows
     ]  # fmt: skip
     return csv_text([heads, *lines])
@@ -260,14 +276,18 @@ def _range(modes: "AssembledModes", limit: float) -> tuple[float, float]:
 def answer_text(answer: Answer) -> str:
     """Return the modes as a table for the terminal."""
     names = list(answer.modes[0]["energy"]) if answer.modes else []
-    lines = [f"{'mode':>4} {'frequency':>14}    {'damping':>9}  " + "  ".join(f"{name:>10}" for name in names)]
+    heads = f"{'mode':>4} {'frequency':>14}    {'damping':>9}  {'basis':>7}  {'mesh':>7}  "
+    lines = [heads + "  ".join(f"{name:>10}" for name in names)]
     for row in answer.modes[:30]:
         shares = "  ".join(f"{row['energy'][name]:10.1%}" for name in names)
-        lines.append(f"{row['number']:4} {row['frequency']:14.6g} Hz {row['damping']:9.3g}  {shares}")
+        known = row["estimated_errors"]
+        errors = "  ".join(f"{known[source]:7.1e}" if source in known else f"{'–':>7}" for source in SOURCES)
+        lines.append(f"{row['number']:4} {row['frequency']:14.6g} Hz {row['damping']:9.3g}  {errors}  {shares}")
     if len(answer.modes) > 30:
         lines.append(f"… {len(answer.modes)} modes in all")
     if answer.static is not None:
         lines += ["", answer.static.as_text()]
     closed = [f"{name}: {count} points" for name, count in answer.closed.items() if count]
+    lines += [f"error of {source} not estimated: {reason}" for source, reason in answer.not_estimated.items()]
     lines.append(f"\nclosed contacts: {', '.join(closed) or 'none'}")
     return "\n".join([*lines, *(f"written: {file}" for file in answer.files)])

@@ -84,12 +84,14 @@ def _energies(
     if element is None or element.samples is None:
         return None
     samples = element.samples(mesh, material, geometry)
-    recovery, energies = Recovery(samples, free), np.empty(displacements.shape[1])
+    energies = np.zeros(displacements.shape[1])
     per_column = 8 * sum(block.components * len(block.points) * block.points.shape[1] for block in samples)
     width = max(1, BLOCK_BYTES // per_column)
-    for start in range(0, displacements.shape[1], width):
-        some = slice(start, start + width)
-        energies[some] = recovery.error_energy([block.strains(displacements[:, some]) for block in samples])
+    for blocks in [[block] for block in samples] if element.separate else [samples]:
+        recovery = Recovery(blocks, free)
+        for start in range(0, displacements.shape[1], width):
+            some = slice(start, start + width)
+            energies[some] += recovery.error_energy([block.strains(displacements[:, some]) for block in blocks])
     return energies
 
 

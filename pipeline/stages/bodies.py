@@ -11,7 +11,7 @@ import numpy as np
 
 from gudgeon.modaldb.format.hdf5 import record_bytes
 from gudgeon.modaldb.keys import content_key
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import NOT_ESTIMATED, Trajectory
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.files import csv_text, whole_file, write_text
 from gudgeon.pipeline.process.stopping import numbered, stoppable
@@ -194,7 +194,8 @@ def _report(job: Job, summary: dict[str, Any], lines: list[str]) -> RunReport:
     outcome = Result[summary["result"]]
     return RunReport(
         job.name, summary["result"], {}, summary["quantities"], summary["energy_drift"],
-        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"], notes=lines,
+        momentum_residual=summary["momentum_residual"], estimates=summary["estimates"],
+        not_estimated=summary["counts"].get(NOT_ESTIMATED, {}), notes=lines,
         changes=change_estimates(job), reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 

@@ -169,8 +169,6 @@ def touches(system: System, trajectory: Trajectory) -> bool:
 
 def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float]:
     """Return the differences of a run from one in which a part of R has a mass; none where there is no such run."""
-    if system.scene.capabilities.turns:
-        return {}
     in_contact = touches(system, reference)
     try:
         forces = {contact.name: pushes(reference, contact.name) for contact in system.contacts} if in_contact else {}

@@ -20,6 +20,7 @@ from gudgeon.solver.checks.contact_points import patch_errors
 from gudgeon.solver.checks.readings import changes, readings
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
+from gudgeon.solver.system.bases.swaps import swaps_of
 from gudgeon.solver.system.compile import assembled
 from gudgeon.solver.system.system import System
 
@@ -83,7 +84,11 @@ def _with_frequencies(system: System, trajectory: Trajectory, run: Run) -> Traje
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
     scene, corrected = system.scene, {name: _corrected(body.modal) for name, body in system.bodies.items()}
     components = list(dict.fromkeys(scene.component_of(name) for name, m in corrected.items() if m is not None))
-    if not components or not (touches(system, trajectory) or readings(system, trajectory)):
+    if (
+        swaps_of(system) is not None
+        or not components
+        or not (touches(system, trajectory) or readings(system, trajectory))
+    ):
         return trajectory
 
     def errors(names: list[str]) -> dict[str, float]:
@@ -114,6 +119,13 @@ def _errors(system: System, trajectory: Trajectory, run: Run, modes: Mapping[str
     return {f"mesh.{name}": MARGIN * value for name, value in relative_changes.items()}
 
 
+def continuum(system: System) -> System | None:
+    """Return a system with the estimated frequencies of the continuum of all bodies; None if there are no estimates."""
+    corrected = {name: _corrected(body.modal) for name, body in system.bodies.items()}
+    modes = {name: modal for name, modal in corrected.items() if modal is not None}
+    return _continuum(system, modes) if modes else None
+
+
 def _continuum(system: System, modes: Mapping[str, ModalRecord]) -> System:
     """Return a system with other modes of some bodies, those with the estimated frequencies of the continuum."""
     bodies = {name: replace(body, modal=modes.get(name, body.modal)) for name, body in system.bodies.items()}
@@ -138,7 +150,7 @@ def _corrected(modal: ModalRecord) -> ModalRecord | None:
 
 def _factors(modal: ModalRecord, errors: np.ndarray) -> np.ndarray:
     """Return by which factors the rows of R are larger in the continuum, (C,): those of loads, by what of the error of
-    their static compliance is not in the frequencies.
+    their static compliance is not in the frequencies; smaller where these have more than that.
 
     Args:
         errors: Relative ones of the frequencies, (m,).
@@ -152,5 +164,5 @@ def _factors(modal: ModalRecord, errors: np.ndarray) -> np.ndarray:
         each, residual = (load.rows / modal.angular_frequencies) ** 2, R.diagonal()[span]
         missing = np.array(relative) * (residual + each.sum(axis=1)) - each @ ((1 - errors) ** -2 - 1)
         larger = np.divide(missing, residual, out=np.zeros_like(missing), where=residual > 0)
-        factors[span] = np.sqrt(1 + np.clip(larger, 0.0, SOFTER))
+        factors[span] = np.sqrt(1 + np.clip(larger, -1.0, SOFTER))
     return factors

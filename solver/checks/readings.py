@@ -2,7 +2,7 @@
 
 Probes, gauges, forces of joints, displacements under moving forces, and bodies where nothing touches, have one estimate
 each, by the largest difference of their histories over their largest size: peak, last value and all samples between are
-within it.
+within it. The motion of a body that may touch is read at the end alone, over its largest size.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,21 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.system.system import System
 
 SILENT = 1e-9
-"""Size of a reading over the largest one of its unit below which it is round-off."""
+"""Size of a reading over the largest one of its unit below which it is round-off; of rotations, over 1 rad too."""
+NUMBERS = (
+    "duration",
+    "pressure_peak",
+    "load_distance",
+    "wear_volume",
+    "against_wear_volume",
+    "friction_work",
+    "moment_peak",
+    "angle_end",
+)
+"""Quantities of contacts and joints that are compared by themselves."""
+MOTIONS = ("displacement", "rotation", "velocity", "angular_velocity")
+"""Columns of `Trajectory.motion`, three each."""
+TURNING = ("rotation", "angular_velocity")
 
 
 def readings(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
@@ -26,10 +40,20 @@ def readings(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
         histories[f"{name}.force"] = joint.force
     for name, values in trajectory.gauges.items():
         histories[name] = values.reshape(len(values), -1)
-    if not system.contacts:  # Those that touch have rebound velocities.
-        for name, motion in trajectory.motion.items():
-            histories |= {f"{name}.displacement": motion[:, :3], f"{name}.rotation": motion[:, 3:6]}
+    untouched = bool(system.contacts) and not any(np.any(c.force) for c in trajectory.contacts.values())
+    for name, motion in () if untouched else trajectory.motion.items():
+        histories |= {f"{name}.{kind}": motion[:, 3 * i : 3 * i + 3] for i, kind in enumerate(MOTIONS)}
+        if system.contacts:  # An impact a little later is another velocity for a moment: what is printed is the end's.
+            histories |= {f"{name}.{kind}": _at_end(histories[f"{name}.{kind}"]) for kind in MOTIONS}
+    for name, entry in trajectory.quantities.items():
+        if name.partition(".")[2] in NUMBERS:
+            histories[name] = np.array([[entry["value"]]])
     return histories | _under_moving_forces(system, trajectory)
+
+
+def _at_end(values: np.ndarray) -> np.ndarray:
+    """Return the largest size of a history as a row, and its last value, (2, 3)."""
+    return np.array([[_size(values), 0.0, 0.0], values[-1]]) if len(values) else values
 
 
 def _under_moving_forces(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
@@ -50,7 +74,7 @@ def _under_moving_forces(system: System, trajectory: Trajectory) -> dict[str, np
 def changes(reference: Mapping[str, np.ndarray], changed: Mapping[str, np.ndarray]) -> dict[str, float]:
     """Return the largest differences of two runs' readings over the largest size of either: of a reading that one basis
     does not have at all, 1. Readings that are round-off beside others of their unit have none."""
-    alike = [name for name in reference if reference[name].shape == changed[name].shape]
+    alike = [name for name in reference if name in changed and reference[name].shape == changed[name].shape]
     sizes = {name: max(_size(reference[name]), _size(changed[name])) for name in alike}
     largest: dict[str, float] = {}
     for name, size in sizes.items():
@@ -58,7 +82,7 @@ def changes(reference: Mapping[str, np.ndarray], changed: Mapping[str, np.ndarra
     return {
         name: _size(reference[name] - changed[name]) / size
         for name, size in sizes.items()
-        if size > SILENT * largest[_kind(name)]
+        if size > SILENT * max(largest[_kind(name)], float(_kind(name) in TURNING))
     }
 
 

@@ -58,7 +58,7 @@ def test_the_default_step_has_converged(tmp_path: Path, converged: tuple[float, 
     assert windowed_peak(system, found) == pytest.approx(converged[1], rel=5e-3)
     errors = {name: error for name, error in found.estimates.items() if name.startswith("step.")}
     assert max(errors.values()) <= accuracy.ACCURACY
-    assert set(errors) == {"step.impulse", "step.force"}
+    assert set(errors) >= {"step.impulse", "step.force", "step.rebound"}
 
 
 @pytest.mark.parametrize("run", [{"samples": 50}, {"frames": 7}, {"duration": 2.4e-3}, {"duration": 4.5e-4}])

@@ -7,7 +7,7 @@ from typing import Any
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.bar import assemble_bar, bar_samples
 from gudgeon.pipeline.fem.elements.beam import assemble_beam, beam_samples
-from gudgeon.pipeline.fem.elements.frame import assemble_frame
+from gudgeon.pipeline.fem.elements.frame import assemble_frame, frame_samples
 from gudgeon.pipeline.fem.elements.plane import assemble_plane, plane_samples
 from gudgeon.pipeline.fem.elements.rigid import rigid_body
 from gudgeon.pipeline.fem.elements.solid import assemble_solid, solid_samples
@@ -25,6 +25,8 @@ class Element:
     """To K, M and rigid motions."""
     samples: Callable[[MeshRecord, Any, Any], list[StrainSamples]] | None = None
     """The strain inside the elements; None for those whose discretisation errors are not estimated."""
+    separate: bool = False
+    """Whether the strain of each of the samples is recovered by itself: strains of several have other axes."""
 
 
 ELEMENTS = {
@@ -35,7 +37,7 @@ ELEMENTS = {
         Element(LINE3, assemble_bar, bar_samples),
         Element(BEAM2, assemble_beam, beam_samples),
         Element(BEAM3, assemble_beam, beam_samples),
-        Element(FRAME2, assemble_frame),
+        Element(FRAME2, assemble_frame, frame_samples, separate=True),
         Element(VERTEX, rigid_body),
     )
 }

@@ -6,19 +6,25 @@ Stretch and torsion are linear. Mass is consistent, that of the motion of the ce
 (Przemieniecki 1968), with shear also that of the turning sections.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.fem.elements.beam import element_lengths
+from gudgeon.pipeline.fem.elements.strain import Strains, StrainSamples, sampled
 from gudgeon.pipeline.fem.model import FEModel, LineStiffness, MassProperties, scatter
+from gudgeon.pipeline.geometry.cells import LINE3
 from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.geometry.shapes.frame import Frame
 from gudgeon.pipeline.scenes.material import Material
 
 DIRECTIONS = np.vstack([np.eye(3), np.zeros((3, 3))])
 ROTATIONS = np.vstack([np.zeros((3, 3)), np.eye(3)])
+STRAIGHT = 1e-9
+"""Difference of the axes of two elements that are of one straight member."""
 ORDER = 4
 """Gauss points of an element: exact for products of two cubic deflections and a linear axial force."""
 
@@ -151,11 +157,71 @@ class Bending(NamedTuple):
         t_start, t_end = (6 * x - 4 - f) / h, (6 * x - 2 + f) / h
         return np.stack([w, s * t_start, -w, s * t_end], axis=1) / (1 + f)[:, None]
 
-    def shear_block(self) -> np.ndarray:
-        """Return the stiffness by shear over E I [1/m^3], (e, 4, 4): γ is constant in an element."""
+    def shear_strains(self) -> np.ndarray:
+        """Return γ √(κ G A / E I) of an element, in which it is constant [1/m], (e, 4)."""
         h, s, f = self._columns()
         gamma = np.concatenate([-1 / h, -0.5 * s + 0 * h, 1 / h, -0.5 * s + 0 * h], axis=1)
-        return (12 * f / h / (1 + f) ** 2)[:, :, None] * gamma[:, :, None] * gamma[:, None]
+        return np.sqrt(12 * f) / h / (1 + f) * gamma
+
+    def shear_block(self) -> np.ndarray:
+        """Return the stiffness by shear over E I [1/m^3], (e, 4, 4): γ is constant in an element."""
+        strains = self.shear_strains()
+        return self.h[:, None, None] * strains[:, :, None] * strains[:, None]
 
     def _columns(self) -> tuple[np.ndarray, float, np.ndarray]:
         return self.h[:, None], self.sign, self.phi[:, None]
+
+
+def frame_samples(mesh: MeshRecord, material: Material, geometry: Line) -> list[StrainSamples]:
+    """Return the samples of the strain in beams in space, member by member, since strains of members that meet at a
+    node have other axes: bending, which is linear in an element, and what is constant there, at its middle."""
+    axes, h = geometry.element_axes(mesh), element_lengths(mesh)
+    section = geometry.section
+    G = material.E / 2 / (1 + material.nu)
+    phi = shear_parameters(h, material, geometry)
+    moments = (section.second_moment, geometry.lateral_moment)
+    ends = (gauss_points(2) + 1) / 2
+    bending, constant = np.zeros((len(h), 2, 2, 12)), np.zeros((len(h), 1, 4, 12))
+    for row, (dof, stiffness) in enumerate(((0, material.E * section.area), (3, G * geometry.torsion_constant))):
+        constant[:, 0, row, dof], constant[:, 0, row, dof + 6] = -np.sqrt(stiffness) / h, np.sqrt(stiffness) / h
+    for plane, (w, turn, sign) in enumerate(((2, 4, -1.0), (1, 5, 1.0))):
+        dofs, shapes = [w, turn, w + 6, turn + 6], Bending(h, sign, phi[plane])
+        root = np.sqrt(material.E * moments[plane])
+        bending[:, :, plane, dofs] = root * shapes.curvatures(ends).transpose(0, 2, 1)
+        constant[:, 0, 2 + plane, dofs] = root * shapes.shear_strains()
+    turned = turns(axes)
+    dofs = (6 * mesh.cells[:, :, None] + np.arange(6)).reshape(len(h), -1)
+    samples = []
+    for member in members(mesh, axes):
+        nodes = np.vstack([mesh.nodes, mesh.nodes[mesh.cells[member]].mean(axis=1)])
+        cells = np.column_stack([mesh.cells[member], len(mesh.nodes) + np.arange(len(member))])
+        for rows, points in ((bending, None), (constant, nodes[cells[:, 2:]])):
+            strains = _strains(rows[member] @ turned[member][:, None], dofs[member])
+            of_member = sampled(LINE3, nodes, cells, h[member], rows.shape[2], strains)
+            if points is not None:
+                of_member = replace(of_member, points=points, to_nodes=np.ones((3, 1)))
+            samples.append(of_member)
+    return samples
+
+
+def _strains(rows: np.ndarray, dofs: np.ndarray) -> Strains:
+    """Return the function from dof columns to rows over the dofs of elements, (e, q, s, d) and (e, d)."""
+    return lambda columns: np.einsum("eqsd,edk->eqsk", rows, columns[dofs])
+
+
+def gauss_points(count: int) -> np.ndarray:
+    """Return the points of a Gauss rule from −1 to 1."""
+    return np.polynomial.legendre.leggauss(count)[0]
+
+
+def members(mesh: MeshRecord, axes: np.ndarray) -> list[np.ndarray]:
+    """Return the elements of each straight run of a frame: those that meet and have the same axes, (e, 3, 3)."""
+    ends = mesh.cells[:, :2]
+    incidence = sparse.csr_matrix(
+        (np.ones(ends.size), (np.repeat(np.arange(len(ends)), 2), ends.ravel())), shape=(len(ends), len(mesh.nodes))
+    )
+    pairs = sparse.coo_matrix(incidence @ incidence.T)
+    straight = np.abs(axes[pairs.row] - axes[pairs.col]).max(axis=(1, 2)) < STRAIGHT
+    graph = sparse.csr_matrix((np.ones(straight.sum()), (pairs.row[straight], pairs.col[straight])), shape=pairs.shape)
+    count, groups = sparse.csgraph.connected_components(graph, directed=False)
+    return [np.flatnonzero(groups == group) for group in range(count)]

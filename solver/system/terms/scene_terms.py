@@ -57,7 +57,7 @@ def _medium(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     damped = scene.body[body].damping is not None
     reason = RIGID if damped and not stock.elastic else f"body.{body}.damping {'is' if damped else 'is not'} given"
     yield Term("damping", body, damped and stock.elastic, reason)
-    yield _estimates(scene, body, stock, touching)
+    yield _estimates(scene, body, stock)
     participation = ("modes:participation",) if stock.elastic and stock.held else ()
     pulled = any(scene.run.gravity)
     if stock.weighs and stock.elastic and scene.body[body].geometric_stiffness:
@@ -94,14 +94,10 @@ def _gauge_fields(gauges: Iterable[str], *fields: str) -> tuple[str, ...]:
     return tuple(f"modes:gauges/{name}/{field}" for name in gauges for field in fields)
 
 
-def _estimates(scene: Scene, body: str, stock: Stock, touching: list[str]) -> Term:
+def _estimates(scene: Scene, body: str, stock: Stock) -> Term:
     """Return the term of the errors of a body's frequencies."""
     checked = False
-    if not touching:
-        reason = "nothing touches it"
-    elif scene.capabilities.turns:
-        reason = "the body turns by any angle: errors of mesh and basis are not estimated"
-    elif not stock.elastic:
+    if not stock.elastic:
         reason = RIGID
     elif scene.run.checks and not stock.estimated:
         reason = "its modes have no estimate of them"
