@@ -15,8 +15,6 @@ from gudgeon.solver.system.system import System
 
 START_ENERGY, ENERGY_ERROR, EXCHANGED, DEEPEST = range(4)
 """Entries of `Outcome.extreme`."""
-LOST = 3
-"""Entry of a balance, beside the first three of `Outcome.extreme`: energy that contacts have lost so far [J]."""
 ACTIVE, CONTACT_STEPS, PIVOTS = range(3)
 """First entries of `Outcome.counts`."""
 WORK = 4

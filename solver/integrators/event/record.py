@@ -13,7 +13,6 @@ from gudgeon.solver.integrators.event.segment import Segment
 from gudgeon.solver.integrators.outcome import (
     ENERGY_ERROR,
     EXCHANGED,
-    LOST,
     START_ENERGY,
     Outcome,
     Samples,
@@ -183,8 +182,6 @@ class Record:
         dissipated: np.ndarray,
         forces: np.ndarray,
         driven: np.ndarray | float = 0.0,
-        *,
-        balanced: bool = False,
     ) -> None:
         """Fill the next samples.
 
@@ -193,15 +190,13 @@ class Record:
             contact, lost: Energy stored in contacts, and lost so far [J], (t,).
             forces: Contact forces [N], (t, c).
             driven: Work of moving obstacles by friction so far [J], (t,).
-            balanced: Whether the energy balance is computed elsewhere, at every step.
         """
         span = slice(self._done, self._done + len(p))
         energies = self._energies(p, v)
         energies[:, 2], energies[:, 3] = contact, dissipated
         energies[:, 4] += driven
         self._out.energies[span] = energies
-        if not balanced:
-            self._balance(p, v, energies)
+        self._balance(p, v, energies)
         self._out.set_states(span, self._system, p, v, forces)
         self._states.append((p, v, forces))
         self._done += len(p)
@@ -216,12 +211,6 @@ class Record:
     def waiting(self) -> np.ndarray:
         """Return the ends of the samples that are not filled yet [s], (t,)."""
         return self._ends[self._done :]
-
-    def reached(self, time: float, balance: np.ndarray) -> None:
-        """Set the time [s] up to which steps were recorded instead of segments, and their balance [J]."""
-        self._from, self.lost = time, float(balance[LOST])
-        span = slice(ENERGY_ERROR, EXCHANGED + 1)
-        self._extreme[span] = np.maximum(self._extreme[span], balance[span])
 
     # Balances
 

@@ -15,11 +15,13 @@ from gudgeon.solver.integrators.general.bounds import body_parts, by_body, large
 from gudgeon.solver.integrators.general.edges import edges_of
 from gudgeon.solver.integrators.general.fields import fields_of
 from gudgeon.solver.integrators.general.rows import Residual, Rows
-from gudgeon.solver.integrators.uncoupled import SLOWEST
 from gudgeon.solver.ports.members import contact_ports
 from gudgeon.solver.ports.pairs import Pairs
 from gudgeon.solver.ports.table import BLOCK, Kind, Ports, block_size
 from gudgeon.solver.system.system import System
+
+SLOWEST = 1e-6
+"""Least approach speed of a contact, relative to the largest so far, in the loss of its law."""
 
 
 def constants_of(system: System, ports: Ports, dt: float) -> Constants:
