@@ -6,7 +6,8 @@ from tests.mutants.fault import Fault, faults
 
 MORPH = ["tests/pipeline/design_change/test_morph.py"]
 ESTIMATE = ["tests/pipeline/design_change/test_estimate.py"]
-REDUCTION = ["tests/pipeline/reduction/test_reductions.py", "tests/contracts/test_reductions.py"]
+REDUCTION = ["tests/pipeline/reduction/test_completed.py", "tests/pipeline/reduction/test_reductions.py",
+             "tests/contracts/test_reductions.py"]  # fmt: skip
 LAWS = ["tests/solver/laws/test_laws.py", "tests/contracts/test_laws.py"]
 ACCURACY = ["tests/solver/test_accuracy.py"]
 LINKS = ["tests/pipeline/service/test_links.py"]
@@ -46,7 +47,9 @@ PYTHON: list[Fault] = [
         ("deviation(height, angle)[:, None]", "deviation(angle, height)[:, None]"),
     ),
     *faults(
-        "estimates", "pipeline/design_change/estimate.py", ESTIMATE,
+        "estimates", "pipeline/design_change/estimate.py",
+        named(ESTIMATE, "inertia_that_balances_a_load_moves_with_the_mass",
+              "estimates_of_a_vanishing_change_are_its_derivatives"),
         ("frequencies[group] = (after / values - 1) / 2", "frequencies[group] = after / values - 1"),
         ("if (responses := modal.static_responses) is not None:", "if (responses := None) is not None:"),
         ("modal_part -= values[modes].mean(axis=1)", "modal_part += values[modes].mean(axis=1)"),
