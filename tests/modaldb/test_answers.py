@@ -1,6 +1,7 @@
 """Answers of servers that are none of ours, or were made to harm: one line each, whatever their form and size."""
 
 import contextlib
+import gzip
 import json
 import socket
 import threading
@@ -12,9 +13,12 @@ from typing import Any
 import pytest
 
 from gudgeon import modaldb
-from gudgeon.modaldb.errors import ModalDBError, StoreUnusable
+from gudgeon.modaldb.errors import ModalDBError, RecordDamaged, StoreUnusable
+from gudgeon.modaldb.format.hdf5 import record_bytes
+from gudgeon.modaldb.format.source import BytesSource
 from gudgeon.modaldb.stores import transport
 from gudgeon.modaldb.stores.base import Store
+from gudgeon.modaldb.stores.manifest import manifest_of, packed
 from tests.modaldb.samples import INPUTS, mesh
 from tests.modaldb.test_remote import KEY, answering, http
 
@@ -67,11 +71,20 @@ def test_rows_of_commands_that_are_none_are_left_out() -> None:
         assert modaldb.open(url).running() == [row]
 
 
+FAILING: dict[str, Callable[[Store], Any]] = ASKED | {
+    "get": lambda store: store.get(KEY, "mesh"),
+    "put": lambda store: store.put(KEY, "mesh", mesh(), INPUTS),
+    "tag": lambda store: store.tag("first", KEY),
+    "remove": lambda store: store.remove(KEY),
+}
+
+
 @pytest.mark.parametrize("error", [[], {}, None, 1])
-def test_an_error_of_another_form(error: Any) -> None:
+@pytest.mark.parametrize("name", sorted(FAILING))
+def test_an_error_of_another_form(name: str, error: Any) -> None:
     body = json.dumps({"error": error, "detail": ["a", {}]}).encode()
-    with answering(http(body, "404 Not Found")) as (url, _), pytest.raises(ModalDBError, match=f"^{url}: "):
-        list(modaldb.open(url).keys())
+    with answering(*[http(body, "409 Conflict")] * 3) as (url, _), pytest.raises(ModalDBError, match=f"^{url}"):
+        FAILING[name](modaldb.open(url))
 
 
 def test_a_put_that_is_answered_otherwise() -> None:
@@ -82,6 +95,44 @@ def test_a_put_that_is_answered_otherwise() -> None:
             pytest.raises(StoreUnusable, match="form"),
         ):
             modaldb.open(url).put(KEY, "mesh", mesh(), INPUTS)
+
+
+def test_bytes_that_the_server_did_not_get(tmp_path: Path) -> None:
+    """It says another digest than that of what was sent; a record that was there may differ."""
+    missing = b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n"
+    written, kept = (http(json.dumps({"digest": "0" * 64, "state": state}).encode()) for state in ("written", "kept"))
+    with (
+        answering(missing, written) as (url, _),
+        pytest.raises(RecordDamaged, match="other bytes than those that were"),
+    ):
+        modaldb.open(url).put(KEY, "mesh", mesh(), INPUTS)
+    with answering(missing, kept) as (url, _):
+        modaldb.open(url).put(KEY, "mesh", mesh(), INPUTS)
+    assert not list((tmp_path / "cache").rglob("*.json"))
+
+
+def blocks_of(record: Any) -> bytes:
+    """Return the list of blocks of a record of KEY, as the server gives it."""
+    source = BytesSource(b"".join(record_bytes("mesh", record, INPUTS)))
+    manifest = manifest_of(KEY, source, "here")
+    return http(json.dumps(manifest.as_json() | {"blocks": packed(source, manifest.head)}).encode())
+
+
+def test_blocks_of_another_record() -> None:
+    with (
+        answering(blocks_of(mesh())) as (url, _),
+        pytest.raises(RecordDamaged, match="list of blocks of another record"),
+    ):
+        modaldb.open(url).get("1" * 64, "mesh")
+
+
+@pytest.mark.parametrize(("size", "status"), [(3, "206 Partial Content"), (10, "200 OK"), (12, "206 Partial Content")])
+def test_a_range_that_is_answered_otherwise(size: int, status: str) -> None:
+    with (
+        answering(http(b"x" * size, status)) as (url, _),
+        pytest.raises(RecordDamaged, match=f"{size} came with status"),
+    ):
+        modaldb.open(url)._fetch(KEY, 0, 10)  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_an_answer_that_is_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,7 +147,7 @@ def test_an_answer_that_is_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_packed_answers_are_not_unpacked() -> None:
     """A server that was not asked to pack could make gigabytes of kilobytes."""
-    body = b"\x1f\x8b\x08\x00"
+    body = gzip.compress(b"[]")
     head = f"HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: {len(body)}\r\n\r\n".encode()
     with answering(head + body) as (url, _), pytest.raises(StoreUnusable, match="not of a gudgeon server"):
         list(modaldb.open(url).keys())

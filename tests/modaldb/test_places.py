@@ -35,7 +35,17 @@ def test_what_is_told_is_read_whatever_its_length(tmp_path: Path) -> None:
     assert row == ROW | {"scene": "é" * 200}
 
 
-@pytest.mark.parametrize("text", ["{", "[1]", "[" * 100_000, '{"command": 1}', json.dumps(ROW | {"begun": "now"})])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[1]",
+        "[" * 100_000,
+        '{"command": 1}',
+        json.dumps(ROW | {"begun": "now"}),
+        json.dumps(ROW | {"begun": 1e13}),
+    ],
+)
 def test_what_says_nothing_is_left_out_and_removed(text: str, tmp_path: Path) -> None:
     running.tell(tmp_path, NAME, ROW)
     path = tmp_path / running.FOLDER / f"{'b' * 32}.json"

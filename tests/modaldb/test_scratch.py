@@ -104,3 +104,13 @@ def test_a_scratch_that_was_removed_is_made_again(store: FolderStore, monkeypatc
         scratch.write_whole(descriptor, (b"abc", b"def"))
         assert path.read_bytes() == b"abcdef"
     assert [*store.root.iterdir()] == []
+
+
+def test_a_write_that_takes_a_part_goes_on(store: FolderStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a file system over a network, or at a signal."""
+    whole, sizes = os.write, list[int]()
+    monkeypatch.setattr(os, "write", lambda descriptor, data: sizes.append(len(data)) or whole(descriptor, data[:1000]))
+    store.put(KEY, "mesh", mesh(), INPUTS)
+    monkeypatch.undo()
+    assert len(sizes) > 3
+    assert modaldb.open(store.root).examine(KEY) is None

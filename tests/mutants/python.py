@@ -6,7 +6,8 @@ from tests.mutants.fault import Fault, faults
 
 MORPH = ["tests/pipeline/design_change/test_morph.py"]
 ESTIMATE = ["tests/pipeline/design_change/test_estimate.py"]
-REDUCTION = ["tests/pipeline/reduction/test_reductions.py", "tests/contracts/test_reductions.py"]
+REDUCTION = ["tests/pipeline/reduction/test_completed.py", "tests/pipeline/reduction/test_reductions.py",
+             "tests/contracts/test_reductions.py"]  # fmt: skip
 LAWS = ["tests/solver/laws/test_laws.py", "tests/contracts/test_laws.py"]
 ACCURACY = ["tests/solver/test_accuracy.py"]
 LINKS = ["tests/pipeline/service/test_links.py"]
@@ -46,7 +47,9 @@ PYTHON: list[Fault] = [
         ("deviation(height, angle)[:, None]", "deviation(angle, height)[:, None]"),
     ),
     *faults(
-        "estimates", "pipeline/design_change/estimate.py", ESTIMATE,
+        "estimates", "pipeline/design_change/estimate.py",
+        named(ESTIMATE, "inertia_that_balances_a_load_moves_with_the_mass",
+              "estimates_of_a_vanishing_change_are_its_derivatives"),
         ("frequencies[group] = (after / values - 1) / 2", "frequencies[group] = after / values - 1"),
         ("if (responses := modal.static_responses) is not None:", "if (responses := None) is not None:"),
         ("modal_part -= values[modes].mean(axis=1)", "modal_part += values[modes].mean(axis=1)"),
@@ -147,7 +150,8 @@ PYTHON: list[Fault] = [
         ("np.searchsorted(begins, ends + lag, side=\"right\")", "np.searchsorted(begins, ends - lag, side=\"right\")"),
         ("force = max(force, _share(abs(peaks[0] - peaks[1]), peaks[1]))", "pass"),
         ("float(change / size) if size > 0 else float(change > 0)", "float(change / size) if size > 0 else 0.0"),
-        ("np.argsort(impacts[:, column], kind=\"stable\")", "np.arange(len(impacts))"),
+        ("impacts[order, column], np.cumsum(impacts[order, IMPULSE])",
+         "impacts[order, column], np.cumsum(impacts[order, IMPULSE])[::-1]"),
         ("if not reference.contacts:", "if False:"),
         ("worst = max(error, trajectory.energy_drift)", "worst = error"),
     ),

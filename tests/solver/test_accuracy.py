@@ -208,6 +208,22 @@ def test_a_first_difference_that_is_small_by_chance_does_not_end_the_search(tmp_
     assert found.estimates["step.impulse"] <= accuracy.ACCURACY
 
 
+@pytest.mark.parametrize("size", [0.003, 0.05])
+def test_errors_that_halve_with_the_step_are_estimated_as_they_are(size: float, tmp_path: Path) -> None:
+    """Whether the last step is a half of the one before or less: the estimate is 1 to 2 times the error."""
+    system, steps = rod(tmp_path, integrator="implicit"), list[int]()
+    good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
+
+    def converging(plan: Any) -> Trajectory:
+        steps.append(plan.schedule.steps)
+        return replace(good, impacts={"wall": good.impacts["wall"] * (1 + size * steps[0] / steps[-1])})
+
+    found, _ = controlled(system, converging)
+    assert found.result == Result.FINISHED.name
+    error = size * steps[0] / steps[-1]
+    assert 0.99 * error <= found.estimates["step.impulse"] <= 2 * error
+
+
 def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None:
     """A block strikes a wall, a plane that it cannot leave, with a given step that is too long for its contact."""
     scene = block_scene()
@@ -249,6 +265,7 @@ def test_an_impact_that_one_run_lacks_counts_in_full(struck: Trajectory) -> None
     assert accuracy.difference(coarse, fine, 0.5).impulse == pytest.approx(0.4, rel=1e-12)
     assert accuracy.difference(fine, coarse, 0.5).impulse == pytest.approx(0.4, rel=1e-12)
     assert accuracy.difference(of_impacts(struck), coarse, 0.5) == accuracy.Difference(1.0, 1.0, 0.0)
+    assert accuracy.difference(coarse, of_impacts(struck), 0.5) == accuracy.Difference(1.0, 1.0, 0.0)
 
 
 def test_one_impact_is_compared_with_the_two_that_it_falls_into(struck: Trajectory) -> None:
