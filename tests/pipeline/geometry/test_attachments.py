@@ -175,8 +175,8 @@ TURNED = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\n"
 def test_offset_and_inertia_in_a_system_of_their_own(tmp_path: Path) -> None:
     """Its x is y of the basic system, its y is −x; CID −1 states the centre in the basic system."""
     turned = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    inside = LEVER.format(led=RIGID["RBE2"]).replace("CONM2,7,9,,0.3", "CONM2,7,9,5,0.3")
-    (tmp_path / "part.bdf").write_text(BDF["plain"] + TURNED + inside)
+    relative = LEVER.format(led=RIGID["RBE2"]).replace("CONM2,7,9,,0.3", "CONM2,7,9,5,0.3")
+    (tmp_path / "part.bdf").write_text(BDF["plain"] + TURNED + relative)
     check_lever(read(tmp_path / "part.bdf"), np.array([0.0, 0.5, 10.0]), 0.3, turned @ INERTIA @ turned.T)
     absolute = LEVER.format(led=RIGID["RBE2"]).replace("9,,0.3,0.5,0.,1.", "9,-1,0.3,0.5,0.,10.")
     (tmp_path / "part.bdf").write_text(BDF["plain"] + absolute)
@@ -186,8 +186,8 @@ def test_offset_and_inertia_in_a_system_of_their_own(tmp_path: Path) -> None:
 def test_units_of_an_inertia(tmp_path: Path) -> None:
     """mm and t: its centre in mm, its inertia in t mm²; WTMASS scales masses to t."""
     text = BDF["plain"] + LEVER.format(led=RIGID["RBE2"])
-    for more, mass_unit in (("", 1000.0), ("PARAM,WTMASS,1000.\n", 1.0)):
-        (tmp_path / "part.bdf").write_text(text + more)
+    for card, mass_unit in (("", 1000.0), ("PARAM,WTMASS,1000.\n", 1.0)):
+        (tmp_path / "part.bdf").write_text(text + card)
         mesh = read(tmp_path / "part.bdf", unit=1e-3, mass_unit=mass_unit)
         check_lever(mesh, np.array([5e-4, 0.0, 0.01]), 300.0, 1e-3 * INERTIA)
 
