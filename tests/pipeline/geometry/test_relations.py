@@ -361,3 +361,13 @@ def test_members_of_an_assembly(tmp_path: Path) -> None:
     assert "SPRING (and EQUATION) is not taken over" in refusal(path, instance="I-2")
     plain = read(path, instance="I-2", leave_out=["SPRING", "EQUATION"])
     assert not plain.attachments
+
+
+def test_grid_points_on_the_axis_of_their_directions(tmp_path: Path) -> None:
+    """x of the system is the radial direction there."""
+    text = (
+        with_directions(BDF["plain"], (1, 4), 5) + "CORD2C,5,,1.,0.,0.,1.,0.,1.\n,1.,1.,0.\n" + "MPC,7,4,1,1.,3,2,-2.\n"
+    )
+    (tmp_path / "part.bdf").write_text(text)
+    (terms,) = sums_of_deck(tmp_path / "part.bdf", "equations")
+    assert terms == pytest.approx({(4, 1): 1.0, (3, 1): -2.0})

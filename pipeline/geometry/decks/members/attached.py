@@ -102,7 +102,7 @@ def _refuse_rotations(mass: PointMass) -> None:
 
 def _attachment(carrier: Carrier, lumps: Sequence[Lump]) -> Attachment:
     """Return a carrier with its masses as one, at their centre."""
-    mass = sum(lump.mass for lump in lumps)
+    mass = float(sum(lump.mass for lump in lumps))
     centre = sum((lump.mass * lump.centre for lump in lumps), np.zeros(3)) / mass if mass else carrier.point
     if len(lumps) == 1:
         centre = lumps[0].centre
