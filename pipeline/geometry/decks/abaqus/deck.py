@@ -150,12 +150,13 @@ def _placed(
     if instance.part_name not in bodies:
         have = ", ".join(level for level in bodies if level and not level.startswith("*")) or "none"
         raise InputError(f"{path}: *INSTANCE {name} is of part '{instance.part_name}'; the deck has {have}")
+    body = bodies[instance.part_name]
     if extras.labels or extras.elements:
-        raise InputError(f"{path}: *INSTANCE {name} has nodes or elements of its own; allowed: those of its part")
+        if body.labels:
+            raise InputError(f"{path}: *INSTANCE {name} has nodes or elements, its part too; allowed: those of one")
+        body = extras
     rests = [root.extras, extras.extras]
-    return _deck(
-        path, bodies[instance.part_name], instance, name, rests, above=root, crowd=len(instances) > 1, prefixed=prefixed
-    )
+    return _deck(path, body, instance, name, rests, above=root, crowd=len(instances) > 1, prefixed=prefixed)
 
 
 def _deck(
