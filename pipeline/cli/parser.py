@@ -221,6 +221,8 @@ def _add_cad(names: Any) -> None:
     add = _cad(names, "faces", text, drafts.faces_command, FACES_HELP, alternatives="; or a deck").add_argument
     add("--picture", type=Path, metavar="PATH", help="PNG to write (default ./FILE-faces.png without its ending)")
     add("--json", action="store_true", help="print one JSON document on stdout")
+    add("--part", metavar="NAME", help="part of a deck of several, as it was modelled")
+    add("--instance", metavar="NAME", help="instance of a deck's assembly, as it is placed there")
     text = "write a scene in which a CAD part, an assembly or the bodies of a deck are thrown at a plane"
     add = _cad(names, "new", text, drafts.new_command, NEW_HELP, alternatives="; or a deck or mesh").add_argument
     add("--folder", metavar="PATH", type=Path, help="new folder, must not exist (default ./FILE without its ending)")
