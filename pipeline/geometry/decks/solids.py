@@ -73,16 +73,22 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
         nodes = nodes[_once(nodes, [b.nodes for b in blocks if b.cell is block.cell], block.cell.shape.corners)]
         rows = np.arange(start, start + len(nodes))
         start += len(nodes)
-        name = FORMULATIONS.get(block.kind)
-        if name is not None and (name != "reduced" or block.cell is HEXAHEDRON20):
-            formulations.setdefault(name, []).append(rows)
-        if block.kind in PLAIN and block.cell.name != "tetra":
-            notes.append(f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}")
+        notes += _formulated(block, rows, formulations)
         blocks.append(Rows(block.cell, rows, nodes))
     if inside_out:
         notes.append(righted_note(inside_out, start))
     joined = {name: np.concatenate(rows) for name, rows in formulations.items()}
     return Solid(points, len(deck.labels), tuple(_merged(blocks)), joined, tuple(notes))
+
+
+def _formulated(block: Block, rows: np.ndarray, formulations: dict[str, list[np.ndarray]]) -> list[str]:
+    """Add the cells of a block, `rows`, to those of its formulation; return a line where it is not that of its file."""
+    name = FORMULATIONS.get(block.kind)
+    if name is not None and (name != "reduced" or block.cell is HEXAHEDRON20):
+        formulations.setdefault(name, []).append(rows)
+    if block.kind not in PLAIN or block.cell.name == "tetra":
+        return []
+    return [f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}"]
 
 
 def _once(nodes: np.ndarray, before: Sequence[np.ndarray], corners: int) -> np.ndarray:
