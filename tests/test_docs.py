@@ -12,8 +12,9 @@ import pytest
 import gudgeon
 from docs.tools import api, gallery, house, notebooks
 from docs.tools.command_cost import PAGE, Cost, cost, table, written
+from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.parser import build_parser
-from gudgeon.pipeline.kinds import run
+from gudgeon.pipeline.kinds import open_job, run
 from tests.test_layers import FLOORS
 from tests.test_readme import blocks
 
@@ -21,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
 SCENES_USED = ("hertz", "rod-wall", "two-mass", "held-ball")
 HOW_TO = "docs/how-to.md"
+DECK_PAGE = "docs/abaqus-deck.md"
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +52,24 @@ def test_scenes_of_how_to(text: str, tmp_path: Path) -> None:
     assert found.result == "FINISHED"
     assert found.energy_drift is not None
     assert found.energy_drift < 1e-2
+
+
+def test_the_deck_of_the_tutorial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its sets are those of the page, `new` writes what the page shows of it, and the page's scene opens."""
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / DECK_PAGE).read_text()
+    texts = blocks(DECK_PAGE)
+    executed(next(text for language, text in texts if language == "python"), {})
+    assert main(["faces", "strike.inp", "--part", "HAMMER", "--unit", "0.001"]) == 0
+    assert capsys.readouterr().out.strip() in page
+    assert main(["new", "strike.inp"]) == 0
+    shown, scene = (text for language, text in texts if language == "toml")
+    assert shown.strip() in (tmp_path / "strike" / "scene.toml").read_text()
+    (tmp_path / "strike" / "scene.toml").write_text(scene)
+    job = open_job(tmp_path / "strike", db=tmp_path / "db", out=tmp_path / "out")
+    assert job.scene.component["HAMMER"].material.rho == pytest.approx(7850.0)
 
 
 @pytest.mark.parametrize("name", PAGES)

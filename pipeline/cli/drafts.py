@@ -21,6 +21,9 @@ def faces_command(options: argparse.Namespace) -> int:
         return _list_sets(options)
     from gudgeon.pipeline.drafts.faces import look_at
 
+    for key in ("part", "instance"):
+        if getattr(options, key):
+            raise InputError(f"--{key}: given with {options.file}; allowed: with decks of several bodies (.inp)")
     picture = options.picture or Path(f"{Path(options.file).stem}-faces.png")
     look = look_at(options.file, _unit(options.unit), _solids(options.solid), picture)
     print(json.dumps(look.as_json(), indent=1) if options.json else look.as_text())
@@ -33,11 +36,12 @@ def faces_command(options: argparse.Namespace) -> int:
 
 def _list_sets(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.drafts.sets import look_at_sets
+    from gudgeon.pipeline.geometry.decks.model import Scope
 
     for key in ("solid", "picture"):
         if getattr(options, key):
             raise InputError(f"--{key}: given with {options.file}; allowed: with STEP, IGES, BREP and .geo files")
-    sets = look_at_sets(options.file, _unit(options.unit))
+    sets = look_at_sets(options.file, _unit(options.unit), Scope(options.part, options.instance))
     print(json.dumps(sets.as_json(), indent=1) if options.json else sets.as_text())
     return 0
 

@@ -73,7 +73,8 @@ Of a deck (.inp, .bdf, .cdb) it prints the named sets instead, and its couplings
 """
 NEW_HELP = """\
 Write FOLDER/scene.toml with comments, and a copy of the file next to it. The scene runs as it is: a steel part whose
-largest outer flat face, or lowest face, strikes a rigid plane at 1 m/s. Every number in it is for you to change.
+largest outer flat face, or lowest face, strikes a rigid plane at 1 m/s. Every number in it is for you to change. Of an
+assembly, or a deck of several parts, all bodies are written: a component a solid or part, a body an instance.
 """
 SCHEMA_HELP = """\
 With KEY, print unit, default, range, meaning and an example of a table's keys or of one key. Without it, print the JSON
@@ -220,8 +221,10 @@ def _add_cad(names: Any) -> None:
     add = _cad(names, "faces", text, drafts.faces_command, FACES_HELP, alternatives="; or a deck").add_argument
     add("--picture", type=Path, metavar="PATH", help="PNG to write (default ./FILE-faces.png without its ending)")
     add("--json", action="store_true", help="print one JSON document on stdout")
-    text = "write a scene in which a CAD part is thrown at a plane"
-    add = _cad(names, "new", text, drafts.new_command, NEW_HELP).add_argument
+    add("--part", metavar="NAME", help="part of a deck of several, as it was modelled")
+    add("--instance", metavar="NAME", help="instance of a deck's assembly, as it is placed there")
+    text = "write a scene in which a CAD part, an assembly or the bodies of a deck are thrown at a plane"
+    add = _cad(names, "new", text, drafts.new_command, NEW_HELP, alternatives="; or a deck or mesh").add_argument
     add("--folder", metavar="PATH", type=Path, help="new folder, must not exist (default ./FILE without its ending)")
 
 
@@ -232,8 +235,8 @@ def _cad(
     command = _plain(names, name, text, action, description)
     add = command.add_argument
     add("file", metavar="FILE", help="STEP, IGES or BREP file, or script of gmsh (.geo)" + alternatives)
-    add("--unit", metavar="M", help="metres per unit of length, such as 0.001; needed for BREP and .geo")
-    text = "number or name of a solid to take; may be repeated (default all, glued)"
+    add("--unit", metavar="M", help="metres per unit of length, such as 0.001; needed where the file states none")
+    text = "number or name of a solid to take; may be repeated (default all; several are glued)"
     add("--solid", action="append", default=[], metavar="S", help=text)
     return command
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from gudgeon.pipeline.drafts.bodies import STEEL, Flat, Placed, Solid, scene_text, text
 from gudgeon.pipeline.drafts.faces import Look, look_at
-from gudgeon.pipeline.drafts.scene import mesh_size, toml_name
+from gudgeon.pipeline.drafts.writing import mesh_size, toml_name
 from gudgeon.pipeline.geometry.decks.axes import Axes
 
 
@@ -19,7 +19,7 @@ def assembly_text(file: str, unit: float | None, names: Mapping[int, str], folde
     Args:
         file: STEP, IGES or BREP.
         unit: Metres per unit of length; None: as the file states.
-        names: Of its solids by number.
+        names: Of its solids by tag.
         folder: Of the scene.
 
     Raises:
@@ -28,12 +28,12 @@ def assembly_text(file: str, unit: float | None, names: Mapping[int, str], folde
     """
     counts = Counter(names.values())
     bodies, notes, taken = list[Placed](), list[str](), set[str]()
-    for number, name in names.items():
-        chosen = name if name and counts[name] == 1 else number
+    for tag, name in names.items():
+        chosen = name if name and counts[name] == 1 else tag
         look = look_at(file, unit, [chosen], None)
         notes += [note for note in look.notes if note not in notes]
-        label = toml_name(name) if name else f"solid{number}"
-        label = label if label not in taken else f"{label}-{number}"
+        label = toml_name(name) if name else f"solid{tag}"
+        label = label if label not in taken else f"{label}-{tag}"
         taken.add(label)
         bodies.append(Placed(label, _solid(look, label, chosen, unit), Axes()))
     title = Path(file).name

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gudgeon.pipeline.drafts.scene import GAP, PASSAGES, SOON, SPEED, SUPPORTS, WAVE, aligned, toml_name
+from gudgeon.pipeline.drafts.writing import GAP, PASSAGES, SOON, SPEED, SUPPORTS, WAVE, aligned, toml_name
 from gudgeon.pipeline.geometry.decks.axes import Axes
 
 STEEL = "{ E = 210e9, nu = 0.3, rho = 7850.0 }  # steel: Pa, 1, kg/m^3"

@@ -24,18 +24,18 @@ def takes(component: Any) -> bool:
     return isinstance(geometry, dict) and geometry.get("kind") == "file" and geometry.get(KEY) is True
 
 
-def with_materials(place: Place) -> Place:
+def with_materials(scene_place: Place) -> Place:
     """Return a scene whose components have the materials of their decks where they take them.
 
     Raises:
         InputError: the scene states a material too, or the deck has none that a solid may have.
     """
-    components = dict(place.tables["component"])
-    with named(place.path, InputError):
+    components, folder = dict(scene_place.tables["component"]), scene_place.path.parent
+    with named(scene_place.path, InputError):
         for name, component in components.items():
             if takes(component):
-                components[name] = component | {"material": _taken(f"component.{name}", component, place.path.parent)}
-    return replace(place, tables=place.tables | {"component": components})
+                components[name] = component | {"material": _taken(f"component.{name}", component, folder)}
+    return replace(scene_place, tables=scene_place.tables | {"component": components})
 
 
 def _taken(key: str, component: Mapping[str, Any], folder: Path) -> dict[str, Any]:

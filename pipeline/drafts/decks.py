@@ -7,7 +7,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.drafts.bodies import STEEL, Flat, Placed, Solid, scene_text, text
 from gudgeon.pipeline.drafts.deck_materials import material_table
-from gudgeon.pipeline.drafts.scene import free_folder, toml_name, write_scene
+from gudgeon.pipeline.drafts.writing import free_folder, toml_name, write_scene
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import FACETS, blocks_of
 from gudgeon.pipeline.geometry.decks.abaqus.deck import instances_of
@@ -44,7 +44,7 @@ def write_deck_draft(file: str, unit: float | None, folder: Path | None) -> tupl
     instances = instances_of(file) if Path(file).suffix.lower() == ".inp" else {}
     solids: dict[str, Solid] = {}
     notes: list[str] = []
-    for part_name in dict.fromkeys(part for part, _ in instances.values()) or [""]:
+    for part_name in dict.fromkeys(name for name, _ in instances.values()) or [""]:
         solids[part_name], lines = _solid(file, part_name, unit)
         notes += lines
     bodies = [
@@ -61,7 +61,7 @@ def write_deck_draft(file: str, unit: float | None, folder: Path | None) -> tupl
 
 def _solid(file: str, part_name: str, unit: float | None) -> tuple[Solid, list[str]]:
     """Return the component of a part, and a line for what it does not have."""
-    keys: dict[str, object] = {"kind": "file", "path": file} | ({"part": part_name} if part_name else {})
+    keys: dict[str, object] = {"kind": "file", "path": file, **({"part": part_name} if part_name else {})}
     mesh, keys, material = _read(keys, unit)
     leave_out = keys.get("leave_out", [])
     assert isinstance(leave_out, list)
@@ -70,7 +70,8 @@ def _solid(file: str, part_name: str, unit: float | None) -> tuple[Solid, list[s
     flats = [flat for name, surface in mesh.surfaces.items() if (flat := _flat(mesh, name, surface.facets)) is not None]
     scale = keys.get("unit", 1.0)
     assert isinstance(scale, float)
-    solid = Solid(toml_name(part_name or Path(file).stem), lines, material, "", mesh.nodes, flats, scale)
+    name = toml_name(part_name or Path(file).stem)
+    solid = Solid(name, lines, material, mesh="", points=mesh.nodes, flats=flats, unit=scale)
     return solid, [note] if leave_out else []
 
 
@@ -104,9 +105,9 @@ def _stated_unit(keys: dict[str, object]) -> float:
 def _built(keys: dict[str, object], material: str) -> tuple[MeshRecord, dict[str, object], str]:
     leave_out: list[str] = []
     for _ in range(MOST_OMISSIONS):
-        more: dict[str, object] = {"leave_out": leave_out} if leave_out else {}
+        omitted: dict[str, object] = {"leave_out": leave_out} if leave_out else {}
         try:
-            return MeshFile.model_validate(keys | more).build(None), keys | more, material
+            return MeshFile.model_validate(keys | omitted).build(None), keys | omitted, material
         except Omissible as error:
             leave_out = [*leave_out, *error.keywords]
     raise InputError(f"{keys['path']}: more than {MOST_OMISSIONS} kinds of things are not taken over")

@@ -2,7 +2,6 @@
 
 import json
 import math
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,32 +9,31 @@ from pathlib import Path
 import numpy as np
 
 from gudgeon.pipeline.drafts.faces import Look, look_at, surface_name
-from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.drafts.writing import (
+    GAP,
+    PASSAGES,
+    SOON,
+    SPEED,
+    SUPPORTS,
+    WAVE,
+    aligned,
+    free_folder,
+    mesh_size,
+    toml_name,
+    volume_of,
+    write_scene,
+)
 from gudgeon.pipeline.geometry.cad.faces import Face
 from gudgeon.pipeline.geometry.cad.reading import solid_names
 from gudgeon.pipeline.geometry.numbers import CAD_KINDS
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.process.call import called_apart
 
-ELEMENTS = 3000
-"""About as many a draft's mesh has."""
-SUPPORTS = 1e-6
-"""How far the part may lie beyond a face on which it can stand, by its extent."""
-SPEED = 1.0
-"""Of the throw [m/s]."""
-GAP, SOON = 1e-5, 0.05
-"""Distance from the plane at the start [m], and the largest share of the duration before the impact."""
-PASSAGES = 20
-"""Duration, in passages of a longitudinal wave along the part."""
-WAVE = math.sqrt(210e9 / 7850.0)
-"""Its speed [m/s] in the draft's steel."""
 EQUAL = 50
 """Faces whose areas differ by less than 1/50 are equal."""
 TURN = np.pi / 2
 """Largest angle [rad] without samples around a bore; a fillet has more."""
 MOST_SURFACES = 12
-COLUMN = 52
-"""Of comments."""
 
 TEXT = """\
 # {title} is thrown at a rigid plane at {speed:g} m/s. SI units. Every number is for you to change.
@@ -107,43 +105,6 @@ def write_draft(
     return folder, look.notes
 
 
-def free_folder(file: str, folder: Path | None) -> Path:
-    """Return the folder of a draft of a file.
-
-    Raises:
-        InputError: it exists.
-    """
-    folder = folder or Path(Path(file).stem)
-    if folder.exists():
-        raise InputError(f"new: {folder} exists; name another folder, as in `--folder {folder}-2`")
-    return folder
-
-
-def write_scene(file: str, files: Sequence[str], folder: Path, text: str) -> None:
-    """Write a folder with a scene and copies of the files that it reads.
-
-    Args:
-        file: That the draft is of.
-        files: It, and others that it names, whose places from its folder are kept.
-
-    Raises:
-        InputError: the folder cannot be written, or a file is outside the folder of the first.
-    """
-    base = Path(file).parent.resolve()
-    try:
-        folder.mkdir(parents=True)
-        for name in files:
-            path = Path(name).resolve()
-            if not path.is_relative_to(base):
-                raise InputError(f"new: {file} names {name}, which is not in its folder; allowed: files in it or below")
-            target = folder / path.relative_to(base)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, target)
-        (folder / "scene.toml").write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"new: {error.filename or folder}: {error.strerror or error}") from error
-
-
 def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
     """Return the text of a scene of a part."""
     file = Path(look.path).name
@@ -184,20 +145,6 @@ def impact_of(look: Look) -> Impact:
     return Impact(face, np.array([0.0, 0.0, -1.0]), -float(look.points[lowest, 2]))
 
 
-def mesh_size(look: Look) -> float:
-    """Return the edge length [m] that gives about `ELEMENTS` elements; thin walls are one element thick."""
-    area = sum(face.area for face in look.faces)
-    return max((5.0 * volume_of(look) / ELEMENTS) ** (1 / 3), (4.0 * area / ELEMENTS) ** 0.5)
-
-
-def volume_of(look: Look) -> float:
-    """Return the volume of a part [m^3], by its flat triangles where gmsh's own kernel has none."""
-    if math.isfinite(look.volume):
-        return look.volume
-    a, b, c = np.moveaxis(look.points[look.triangles], 1, 0)
-    return abs(float(np.einsum("ti,ti->", a, np.cross(b, c)))) / 6
-
-
 def _surfaces(look: Look, impact: Face) -> list[Face]:
     """Return the face of the impact and the largest others, one of each rule."""
     faces: dict[str, Face] = {look.rules[impact.number]: impact}
@@ -229,18 +176,6 @@ def _more(name: str, bore: Face | None) -> str:
     lines += [f"# [component.{name}.gauge]  # stress.png: stress on the whole boundary",
               '# skin = { surface = "skin" }', ""]  # fmt: skip
     return "\n" + "\n".join(lines)
-
-
-def aligned(line: str) -> str:
-    """Return a line of a scene with its comment, which follows two spaces, at the column of all comments."""
-    code, separator, comment = line.rpartition("  # ")
-    return f"{code:{COLUMN}}  # {comment}" if separator else line
-
-
-def toml_name(stem: str) -> str:
-    """Return a name of a component and a body that TOML needs no quotes for."""
-    name = "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in stem).strip("-")
-    return name or "part"
 
 
 def _list(vector: np.ndarray) -> str:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from gudgeon.modaldb.records.mesh import Surface
-from gudgeon.pipeline.geometry.decks.model import Coupling, Deck
+from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, Scope
+from gudgeon.pipeline.geometry.decks.reading import WHOLE
 from gudgeon.pipeline.geometry.matrices.reading import read_model, surfaces_of
 
 ROUND_OFF = 1e-9
@@ -92,14 +93,15 @@ class SetsLook:
         return np.where(np.abs(point) < ROUND_OFF * self.size.max(), 0.0, point)
 
 
-def look_at_sets(path: str, unit: float | None) -> SetsLook:
+def look_at_sets(path: str, unit: float | None, scope: Scope = WHOLE) -> SetsLook:
     """Read the model of another program.
 
     Args:
         unit: Metres per unit of length; None is 1.
+        scope: Which of several bodies it is.
 
     Raises:
         InputError: the file is missing, damaged or of another kind.
     """
-    model = read_model(path)
+    model = read_model(path, scope)
     return SetsLook(path, unit or 1.0, model, surfaces_of(path, model, unit or 1.0))

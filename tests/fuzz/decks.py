@@ -24,7 +24,7 @@ BRIEF, LONG = 12, 500
 """Decks of each family."""
 PATIENCE = 30.0
 WHERE = re.compile(
-    r"line \d+: |(node|element|tetra|tetra10|hexahedron|wedge|pyramid) -?\d+|has no |has neither|has both|falls into"
+    r"line \d+: |(node|element|(tetra|hexahedron|wedge|pyramid)\d*) -?\d+|has no |has neither|has both|falls into"
     r"|in block|has the parts|belong to more|has a coordinate|Exodus|names number|has coordinates|side set|is neither"
     r"|the mesh has"
 )

@@ -10,8 +10,10 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
+import h5py
 import meshio
 import numpy as np
 
@@ -21,12 +23,13 @@ from tests.fuzz.forking import forked_calls
 from tests.fuzz.mutation import garbled
 from tests.fuzz.scenes import Bad, Slow, limited
 
-BRIEF, LONG = 40, 2_000
+BRIEF, LONG = 4, 500
+"""Files of each kind."""
 
 WRITERS = {
     "ascii.msh": {"file_format": "gmsh", "binary": False}, "binary.msh": {"file_format": "gmsh"},
     "old.msh": {"file_format": "gmsh22", "binary": False}, "part.inp": {}, "part.vtu": {"binary": False},
-    "packed.vtu": {}, "part.bdf": {}, "part.mesh": {}, "part.vtk": {"binary": False},
+    "packed.vtu": {}, "part.bdf": {}, "part.mesh": {}, "part.vtk": {"binary": False}, "part.med": {},
 }  # fmt: skip
 """Options of meshio by name of a file."""
 BOMBS = (
@@ -51,7 +54,18 @@ def sound_files(folder: Path) -> dict[str, bytes]:
         with contextlib.redirect_stdout(io.StringIO()):
             meshio.write(folder / name, mesh, **options)
         found[name] = (folder / name).read_bytes()
-    return found
+    return found | {"part.e": exodus(folder / "part.e", points, cells)}
+
+
+def exodus(path: Path, points: np.ndarray, cells: np.ndarray) -> bytes:
+    """Write tetrahedra as an Exodus II file in HDF5 and return its bytes."""
+    with h5py.File(path, "w") as file:
+        for k, axis in enumerate("xyz"):
+            file[f"coord{axis}"] = points[:, k]
+        file["connect1"] = (cells + 1).astype(np.int32)
+        file["connect1"].attrs["elem_type"] = np.bytes_(b"TETRA")
+        file["node_ns1"] = np.arange(1, 5, dtype=np.int32)
+    return path.read_bytes()
 
 
 def one(name: str, text: bytes, folder: Path) -> str:
@@ -87,22 +101,26 @@ def bounded() -> Iterator[None]:
 
 
 def main(count: int, seed: int) -> Counter[str]:
-    """Try mutated mesh files and return how often each outcome came, bad ones among them."""
+    """Try mutated mesh files, `count` of each kind, and return how often each outcome came, bad ones among them."""
     ends, bad = Counter[str](), 0
     with tempfile.TemporaryDirectory() as scratch, bounded(), forked_calls():
         files = sound_files(Path(scratch))
-        for case in range(count):
-            rng = random.Random(f"{seed} {case}")
-            name = rng.choice(list(files))
+        for name, case in product(files, range(count)):
+            rng = random.Random(f"{seed} {name} {case}")
             text = files[name]
             if name == "part.inp" and rng.random() < 0.3:
                 text += rng.choice(BOMBS).encode()
             else:
                 text = garbled(text, rng)
             try:
-                ends[one(name, text, Path(scratch))] += 1
+                ends[f"{Path(name).suffix} {one(name, text, Path(scratch))}"] += 1
             except Exception:
                 bad += 1
-                print(f"meshes: case {case} of seed {seed} is bad", traceback.format_exc(), sep="\n", file=sys.stderr)
+                print(
+                    f"meshes: case {case} of {name}, seed {seed} is bad",
+                    traceback.format_exc(),
+                    sep="\n",
+                    file=sys.stderr,
+                )
     ends["bad"] = bad
     return ends

@@ -270,13 +270,7 @@ def deck_of(
     """
     order = np.argsort(labels, kind="stable")
     labels, points = labels[order], points[order]
-    if not len(labels):
-        raise InputError(f"{path}: has no nodes")
-    if (np.diff(labels) == 0).any():
-        raise InputError(f"{path}: node {labels[1:][np.diff(labels) == 0][0]} is given twice; allowed: one part")
-    finite = np.isfinite(points).all(axis=1)
-    if not finite.all():
-        raise InputError(f"{path}: node {labels[~finite][0]} has no finite position; allowed: three finite coordinates")
+    _check_nodes(labels, points, path)
     deck = Deck(
         labels=labels, points=points, blocks=_joined(blocks), omissions=tuple(omissions),
         node_sets=dict(node_sets or {}),
@@ -292,6 +286,17 @@ def deck_of(
     linked = (node for link in links for node in link.nodes)
     deck.rows(np.array([*(c.reference for c in couplings), *(m.node for m in masses), *terms, *linked], int), path)
     return _without_members(deck)
+
+
+def _check_nodes(labels: np.ndarray, points: np.ndarray, path: str) -> None:
+    """Raise an InputError if there is no node, two have one label, (n,), or one has no finite position, (n, 3)."""
+    if not len(labels):
+        raise InputError(f"{path}: has no nodes")
+    if (np.diff(labels) == 0).any():
+        raise InputError(f"{path}: node {labels[1:][np.diff(labels) == 0][0]} is given twice; allowed: one part")
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        raise InputError(f"{path}: node {labels[~finite][0]} has no finite position; allowed: three finite coordinates")
 
 
 def _without_members(deck: Deck) -> Deck:

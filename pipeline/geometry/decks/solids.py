@@ -58,10 +58,11 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
     if not solids:
         have = ", ".join(sorted({block.cell.name for block in deck.blocks})) or "no cells"
         raise InputError(f"{path}: the mesh has no solid cells, it has {have}; allowed: solids of {_allowed()}")
-    solids = _one_order(solids, path)
+    raised = _raised_notes(solids)
+    solids = _by_cell(_one_order(solids, path))
     full, points = _with_middles(deck, solids, points)
     blocks: list[Rows] = []
-    notes: list[str] = []
+    notes = list(raised)
     formulations: dict[str, list[np.ndarray]] = {}
     start, inside_out = 0, 0
     for block, nodes in zip(solids, full, strict=True):
@@ -69,20 +70,50 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
         nodes, turned = righted(block.cell, nodes, points)
         inside_out += turned
         _refuse_folded(block, nodes, points, path)
-        keep = np.sort(np.unique(np.sort(nodes[:, : block.cell.shape.corners], axis=1), axis=0, return_index=True)[1])
-        nodes = nodes[keep]
+        nodes = nodes[_once(nodes, [b.nodes for b in blocks if b.cell is block.cell], block.cell.shape.corners)]
         rows = np.arange(start, start + len(nodes))
         start += len(nodes)
-        name = FORMULATIONS.get(block.kind)
-        if name is not None and (name != "reduced" or block.cell is HEXAHEDRON20):
-            formulations.setdefault(name, []).append(rows)
-        if block.kind in PLAIN and block.cell.name != "tetra":
-            notes.append(f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}")
+        notes += _formulated(block, rows, formulations)
         blocks.append(Rows(block.cell, rows, nodes))
     if inside_out:
         notes.append(righted_note(inside_out, start))
     joined = {name: np.concatenate(rows) for name, rows in formulations.items()}
-    return Solid(points, len(deck.labels), tuple(blocks), joined, tuple(notes))
+    return Solid(points, len(deck.labels), tuple(_merged(blocks)), joined, tuple(notes))
+
+
+def _formulated(block: Block, rows: np.ndarray, formulations: dict[str, list[np.ndarray]]) -> list[str]:
+    """Add the cells of a block, `rows`, to those of its formulation; return a line where it is not that of its file."""
+    name = FORMULATIONS.get(block.kind)
+    if name is not None and (name != "reduced" or block.cell is HEXAHEDRON20):
+        formulations.setdefault(name, []).append(rows)
+    if block.kind not in PLAIN or block.cell.name == "tetra":
+        return []
+    return [f"{block.kind}: elements are computed in full, without {PLAIN[block.kind]}"]
+
+
+def _once(nodes: np.ndarray, before: Sequence[np.ndarray], corners: int) -> np.ndarray:
+    """Return the cells (e, a) that are not given twice and not among those `before`, by their corners, ascending."""
+    every = np.sort(np.concatenate([*before, nodes])[:, :corners], axis=1)
+    indices = np.unique(every, axis=0, return_index=True)[1] - (len(every) - len(nodes))
+    return np.sort(indices[indices >= 0])
+
+
+def _by_cell(solids: Sequence[Block]) -> list[Block]:
+    """Return blocks with those of one cell side by side."""
+    cells = list(dict.fromkeys(block.cell.name for block in solids))
+    return sorted(solids, key=lambda block: cells.index(block.cell.name))
+
+
+def _merged(blocks: Sequence[Rows]) -> list[Rows]:
+    """Return blocks of which those of one cell, side by side, are one."""
+    merged: list[Rows] = []
+    for block in blocks:
+        if merged and merged[-1].cell is block.cell:
+            both = merged.pop(), block
+            rows, nodes = (np.concatenate(arrays) for arrays in zip(*((b.rows, b.nodes) for b in both), strict=True))
+            block = Rows(block.cell, rows, nodes)
+        merged.append(block)
+    return merged
 
 
 def _allowed() -> str:
@@ -99,14 +130,20 @@ def _one_order(solids: Sequence[Block], path: str) -> list[Block]:
         names = ", ".join(sorted({cell.name for cell in quadratic}))
         raise InputError(f"{path}: the mesh has {names}, whose faces do not fit; allowed: all with nodes in the centres"
                          " of their faces, or none")  # fmt: skip
-    return [block if block.cell.quadratic else _raised(block, quadratic, path) for block in solids]
+    return [block if block.cell.quadratic else _raised(block, quadratic) for block in solids]
 
 
-def _raised(block: Block, quadratic: Sequence[Cell], path: str) -> Block:
+def _raised_notes(solids: Sequence[Block]) -> list[str]:
+    """Return a line for linear cells among quadratic ones, which become such, but for elements that drop nodes."""
+    raised = [block for block in solids if not block.cell.quadratic and block.kind not in DROPPING]
+    if len(raised) == len(solids):
+        return []
+    return [f"{len(block.labels)} linear elements ({block.cell.name}) among quadratic ones are computed as quadratic,"
+            " with nodes in the middle of their edges" for block in raised]  # fmt: skip
+
+
+def _raised(block: Block, quadratic: Sequence[Cell]) -> Block:
     """Return linear cells among quadratic ones as such, their mid-edge nodes left out."""
-    if block.kind not in DROPPING:
-        both = f"{block.cell.name} and {quadratic[0].name}"
-        raise InputError(f"{path}: the mesh has both {both}; allowed: linear or quadratic cells")
     cell = next(cell for cell in [*quadratic, *_serendipity()] if cell.shape is block.cell.shape)
     nodes = np.pad(block.nodes, ((0, 0), (0, cell.nodes - block.nodes.shape[1])), constant_values=MISSING)
     return block._replace(cell=cell, nodes=nodes)

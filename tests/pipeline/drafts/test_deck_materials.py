@@ -23,9 +23,9 @@ SECTION = "*SOLID SECTION, ELSET=body, MATERIAL={material}{more}\n"
 TONNES = {"unit": 1e-3, "mass_unit": 1000.0}
 
 
-def table(path: Path, text: str, **more: Any) -> dict[str, Any]:
+def table(path: Path, text: str, **keys: Any) -> dict[str, Any]:
     path.write_text(text)
-    geometry = MeshFile.model_validate({"kind": "file", "path": str(path), **more})
+    geometry = MeshFile.model_validate({"kind": "file", "path": str(path), **keys})
     return material_table(geometry, "component.p.geometry.materials")
 
 

@@ -175,8 +175,8 @@ TURNED = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\n"
 def test_offset_and_inertia_in_a_system_of_their_own(tmp_path: Path) -> None:
     """Its x is y of the basic system, its y is −x; CID −1 states the centre in the basic system."""
     turned = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
-    inside = LEVER.format(led=RIGID["RBE2"]).replace("CONM2,7,9,,0.3", "CONM2,7,9,5,0.3")
-    (tmp_path / "part.bdf").write_text(BDF["plain"] + TURNED + inside)
+    relative = LEVER.format(led=RIGID["RBE2"]).replace("CONM2,7,9,,0.3", "CONM2,7,9,5,0.3")
+    (tmp_path / "part.bdf").write_text(BDF["plain"] + TURNED + relative)
     check_lever(read(tmp_path / "part.bdf"), np.array([0.0, 0.5, 10.0]), 0.3, turned @ INERTIA @ turned.T)
     absolute = LEVER.format(led=RIGID["RBE2"]).replace("9,,0.3,0.5,0.,1.", "9,-1,0.3,0.5,0.,10.")
     (tmp_path / "part.bdf").write_text(BDF["plain"] + absolute)
@@ -186,8 +186,8 @@ def test_offset_and_inertia_in_a_system_of_their_own(tmp_path: Path) -> None:
 def test_units_of_an_inertia(tmp_path: Path) -> None:
     """mm and t: its centre in mm, its inertia in t mm²; WTMASS scales masses to t."""
     text = BDF["plain"] + LEVER.format(led=RIGID["RBE2"])
-    for more, mass_unit in (("", 1000.0), ("PARAM,WTMASS,1000.\n", 1.0)):
-        (tmp_path / "part.bdf").write_text(text + more)
+    for card, mass_unit in (("", 1000.0), ("PARAM,WTMASS,1000.\n", 1.0)):
+        (tmp_path / "part.bdf").write_text(text + card)
         mesh = read(tmp_path / "part.bdf", unit=1e-3, mass_unit=mass_unit)
         check_lever(mesh, np.array([5e-4, 0.0, 0.01]), 300.0, 1e-3 * INERTIA)
 
@@ -213,3 +213,36 @@ def test_a_rotary_inertia_of_abaqus(tmp_path: Path) -> None:
 def test_rigid_elements_that_leave_a_motion_open_are_refused(text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "part.bdf").write_text(BDF["plain"] + text)
     assert words in refusal(tmp_path / "part.bdf")
+
+
+GRID9 = "GRID,9,,0.,0.,9.\n"
+COUPLED9 = "*COUPLING, REF NODE=9, SURFACE=FOOT\n*KINEMATIC\n"
+LEFT_OUT: dict[str, tuple[str, str]] = {
+    "RIGID BODY": ("part.inp", BASE + "*RIGID BODY, NSET=FOOT, REF NODE=9\n"),
+    "KINEMATIC COUPLING": ("part.inp", BASE + "*KINEMATIC COUPLING, REF NODE=9\nFOOT, 1, 3\n"),
+    "MPC": ("part.inp", BASE + "*MPC\nBEAM, 1, 9\nBEAM, 2, 9\nBEAM, 3, 9\n"),
+    "RBE3": ("part.bdf", BDF["plain"] + GRID9 + RIGID["RBE3"]),
+    "RBAR": ("part.bdf", BDF["plain"] + GRID9 + RIGID["RBAR"]),
+    "RROD": ("part.bdf", BDF["plain"] + "RROD,5,1,4\n"),
+    "CBUSH": ("part.bdf", BDF["plain"] + "PBUSH,7,K,5.\nCBUSH,9,7,1,,,,,0\n"),
+    "CONM1": ("part.bdf", BDF["plain"] + "CONM1,5,4,,0.3,,0.3\n,0.3\n"),
+}  # fmt: skip
+"""What a body has of its deck, by the keyword that leaves it out."""
+
+
+@pytest.mark.parametrize("keyword", LEFT_OUT)
+def test_every_kind_is_left_out_on_request(keyword: str, tmp_path: Path) -> None:
+    name, text = LEFT_OUT[keyword]
+    (tmp_path / name).write_text(text)
+    mesh = read(tmp_path / name)
+    assert mesh.attachments or mesh.relations or keyword == "RBE3"
+    plain = read(tmp_path / name, leave_out=[keyword])
+    assert not plain.attachments
+    assert not plain.relations
+    assert any(f"{keyword} is left out" in note for note in plain.remarks["notes"])
+
+
+def test_a_coupling_and_its_mass_are_left_out_together(tmp_path: Path) -> None:
+    (tmp_path / "part.inp").write_text(BASE + MASS9 + COUPLED9)
+    assert "node 9 is of no solid, and no coupling leads it" in refusal(tmp_path / "part.inp", leave_out=["COUPLING"])
+    assert not read(tmp_path / "part.inp", leave_out=["COUPLING", "MASS"]).attachments

@@ -14,6 +14,7 @@ from gudgeon.pipeline.geometry.matrices.part import Matrices
 from gudgeon.pipeline.scenes.interface import Interface
 from tests.pipeline.geometry import matrix_files as files
 from tests.pipeline.geometry.matrix_files import SIZE
+from tests.pipeline.geometry.test_decks import TWO
 
 REFERENCE = 9001
 LID = ["*NODE, NSET=LEAD", f"{REFERENCE}, 0.001, 0.002, 0.06", "*SURFACE, NAME=LID, TYPE=NODE", "TOP,"]
@@ -127,3 +128,13 @@ def test_rigid_elements_of_nastran(tmp_path: Path) -> None:
     ]  # fmt: skip
     for name in ("rbe2_10", "rbe2_13"):
         np.testing.assert_array_equal(model.node_sets[name], [1, 2, 3])
+
+
+def test_the_command_lists_one_of_several_bodies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "two.inp").write_text(TWO)
+    assert main(["faces", str(tmp_path / "two.inp"), "--part", "P"]) == 0
+    assert "I-2.TIP" in capsys.readouterr().out
+    assert main(["faces", str(tmp_path / "two.inp"), "--instance", "I-1"]) == 0
+    assert "TIP" in capsys.readouterr().out
+    assert main(["faces", str(tmp_path / "gone.step"), "--part", "P"]) == 2
+    assert "--part: given with" in capsys.readouterr().err

@@ -11,7 +11,9 @@ from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import cell_blocks, sides_of
+from gudgeon.pipeline.geometry.decks.ansys.cells import Row, solid_of_row
 from gudgeon.pipeline.geometry.decks.included import included_files
+from gudgeon.pipeline.geometry.decks.model import Source
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 
 POINTS = np.array([[1.0, 0, 0], [3, 0, 0], [1, 2, 0], [1, 0, 4]])
@@ -294,3 +296,37 @@ def test_a_part_has_the_sets_and_members_of_its_assembly(tmp_path: Path) -> None
     moved = read(path, instance="I-2")
     assert "TIP" in moved.surfaces
     np.testing.assert_allclose(next(iter(moved.attachments.values())).point, [0, 1, 11], atol=1e-12)
+
+
+def test_linear_cells_among_quadratic_ones(tmp_path: Path) -> None:
+    """They become quadratic: the mid-edge nodes of a common face are those of both."""
+    edges = [(1, 2), (2, 3), (3, 1), (1, 4), (2, 4), (3, 4)]
+    middles = "".join(
+        f"{11 + k}, " + ", ".join(repr(x) for x in ((POINTS[a - 1] + POINTS[b - 1]) / 2).tolist()) + "\n"
+        for k, (a, b) in enumerate(edges)
+    )
+    second = "*NODE\n5, 1, 0, -4\n*ELEMENT, TYPE=C3D4\n2, 1, 3, 2, 5\n"
+    path = tmp_path / "part.inp"
+    path.write_text(NODES + middles + "*ELEMENT, TYPE=C3D10\n1, 1, 2, 3, 4, 11, 12, 13, 14, 15, 16\n" + second)
+    mesh = read(path)
+    assert (mesh.cell_type, mesh.cells.shape, len(mesh.nodes)) == ("tetra10", (2, 10), 14)
+    assert len(np.intersect1d(*mesh.cells)) == 6
+    path.write_text(path.read_text() + "*ELEMENT, TYPE=C3D4\n3, 2, 3, 1, 4\n")
+    assert len(read(path).cells) == 2, "a cell that is given twice, as a linear one too"
+    assert "1 linear elements (tetra) among quadratic ones are computed as quadratic" in mesh.remarks["notes"][0]
+
+
+def test_an_instance_with_nodes_of_its_own(tmp_path: Path) -> None:
+    """As Abaqus writes meshes that belong to the assembly: its part is empty."""
+    path = tmp_path / "part.inp"
+    head = "*PART, NAME=P\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n0, 0, 7\n"
+    path.write_text(head + NODES + SOLID + FOOT + "*END INSTANCE\n*END ASSEMBLY\n")
+    assert same(read(path), POINTS + np.array([0, 0, 7]))
+    path.write_text(head.replace("*END PART", NODES + "*END PART") + NODES + SOLID + "*END INSTANCE\n*END ASSEMBLY\n")
+    assert "*INSTANCE I has nodes or elements, its part too" in refusal(path)
+
+
+def test_mid_edge_nodes_that_ansys_leaves_out_at_the_end() -> None:
+    source = Source("part.cdb", 1)
+    assert solid_of_row(Row(1, 187, 1, [*range(1, 10)], source)) == ("tetra10", [*range(1, 10), 0])
+    assert solid_of_row(Row(1, 187, 1, [*range(1, 5)], source)) == ("tetra", [*range(1, 5)])

@@ -317,7 +317,6 @@ ONE = ("tetra", [[0, 1, 2, 3]])
 UNSOUND: dict[str, tuple[np.ndarray, list[Any], str]] = {
     "no tetrahedra": (TETRA, [("triangle", [[0, 1, 2]])], "has no solid cells, it has triangle;"),
     "another dimension": (TETRA, [("line", [[0, 1]])], "has no solid cells, it has line;"),
-    "two orders": (straight_tet10(), [ONE, ("tetra10", [range(10)])], "both tetra and tetra10"),
     "flat": (TETRA, [("tetra", [[0, 1, 2, 3], [0, 3, 4, 3]])], "tetra 2 is flat, about "),
     "two pieces": (np.vstack([TETRA, TETRA + 5]), [("tetra", [[0, 1, 2, 3], [6, 7, 8, 9]])], "falls into 2 pieces"),
     "a face of three": (TETRA, [("tetra", [[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 2, 5]])], "more than two cells"),

@@ -175,9 +175,9 @@ def test_a_rigid_element_on_supported_nodes_is_named_by_the_key_of_its_deck(tmp_
         reduced(read(tmp_path / "part.inp"), ("FOOT",))
 
 
-def sums_of_deck(path: Path, name: str, **more: object) -> list[dict[tuple[int, int], float]]:
+def sums_of_deck(path: Path, name: str, **keys: object) -> list[dict[tuple[int, int], float]]:
     """Return the coefficients of each sum by node from 1 and direction."""
-    record = read(path, **more).relations[name]
+    record = read(path, **keys).relations[name]
     sums: list[dict[tuple[int, int], float]] = [{} for _ in record.stiffness]
     for row, node, direction, c in zip(
         record.rows.tolist(), record.nodes.tolist(), record.directions.tolist(), record.coefficients.tolist(),
@@ -289,9 +289,9 @@ WORDS: dict[str, tuple[str, str, list[dict[tuple[int, int], float]]]] = {
 def test_sums_by_sets_and_systems(name: str, tmp_path: Path) -> None:
     text, record, sums = WORDS[name]
     (tmp_path / "part.inp").write_text(BASE + PAIRS + text)
-    found = sums_of_deck(tmp_path / "part.inp", record)
-    assert len(found) == len(sums)
-    for terms, expected in zip(found, sums, strict=True):
+    relations = sums_of_deck(tmp_path / "part.inp", record)
+    assert len(relations) == len(sums)
+    for terms, expected in zip(relations, sums, strict=True):
         assert terms == pytest.approx(expected)
 
 
@@ -361,3 +361,13 @@ def test_members_of_an_assembly(tmp_path: Path) -> None:
     assert "SPRING (and EQUATION) is not taken over" in refusal(path, instance="I-2")
     plain = read(path, instance="I-2", leave_out=["SPRING", "EQUATION"])
     assert not plain.attachments
+
+
+def test_grid_points_on_the_axis_of_their_directions(tmp_path: Path) -> None:
+    """x of the system is the radial direction there."""
+    text = (
+        with_directions(BDF["plain"], (1, 4), 5) + "CORD2C,5,,1.,0.,0.,1.,0.,1.\n,1.,1.,0.\n" + "MPC,7,4,1,1.,3,2,-2.\n"
+    )
+    (tmp_path / "part.bdf").write_text(text)
+    (terms,) = sums_of_deck(tmp_path / "part.bdf", "equations")
+    assert terms == pytest.approx({(4, 1): 1.0, (3, 1): -2.0})

@@ -5,7 +5,7 @@ where an `*ELEMENT` has no name (its issue 1530), and does not know instances, `
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from gudgeon.pipeline.geometry.decks.abaqus import rest as abaqus_rest
 from gudgeon.pipeline.geometry.decks.abaqus.body import Body
 from gudgeon.pipeline.geometry.decks.abaqus.keywords import Keyword, read_keywords
 from gudgeon.pipeline.geometry.decks.abaqus.members import Members
-from gudgeon.pipeline.geometry.decks.abaqus.sets import Names
+from gudgeon.pipeline.geometry.decks.abaqus.sets import Names, Resolved
 from gudgeon.pipeline.geometry.decks.abaqus.words import Words
 from gudgeon.pipeline.geometry.decks.axes import Axes
 from gudgeon.pipeline.geometry.decks.model import Block, Deck, Scope, Source, deck_of
@@ -50,9 +50,9 @@ def instances_of(path: str) -> dict[str, tuple[str, Axes]]:
         InputError: a line is wrong; empty of a deck without parts.
     """
     bodies, instances = _parsed(path)
-    parts = [bodies[level].name for level in bodies if level and not level.startswith("*")]
+    names = [bodies[level].name for level in bodies if level and not level.startswith("*")]
     placed = {name: (bodies[i.part_name].name, i.axes) for name, i in instances.items() if i.part_name in bodies}
-    return placed or {name: (name, Axes()) for name in parts}
+    return placed or {name: (name, Axes()) for name in names}
 
 
 def _parsed(path: str) -> tuple[dict[str, Body], dict[str, Instance]]:
@@ -150,12 +150,13 @@ def _placed(
     if instance.part_name not in bodies:
         have = ", ".join(level for level in bodies if level and not level.startswith("*")) or "none"
         raise InputError(f"{path}: *INSTANCE {name} is of part '{instance.part_name}'; the deck has {have}")
+    body = bodies[instance.part_name]
     if extras.labels or extras.elements:
-        raise InputError(f"{path}: *INSTANCE {name} has nodes or elements of its own; allowed: those of its part")
+        if body.labels:
+            raise InputError(f"{path}: *INSTANCE {name} has nodes or elements, its part too; allowed: those of one")
+        body = extras
     rests = [root.extras, extras.extras]
-    return _deck(
-        path, bodies[instance.part_name], instance, name, rests, above=root, crowd=len(instances) > 1, prefixed=prefixed
-    )
+    return _deck(path, body, instance, name, rests, above=root, crowd=len(instances) > 1, prefixed=prefixed)
 
 
 def _deck(
@@ -188,37 +189,56 @@ def _deck(
         raise InputError(f"{path}: has no nodes (*NODE); allowed: a deck of Abaqus or CalculiX")
     resolved = body.sets.resolved(blocks, path)
     words = Words(resolved[0], {**resolved[2], **_owners(resolved[1])})
-    own = body.extras.stated.directions(words, labels, local)
-    directions = {label: axes.turn @ turn for label, turn in own.items()}
+    local_directions = body.extras.stated.directions(words, labels, local)
+    directions = {label: axes.turn @ turn for label, turn in local_directions.items()}
     members = body.extras.stated.members(words, directions)
+    gathered = _Gathered(labels, points, resolved, directions, members)
     if above is not None:
-        shift = _shift(labels, *(block.labels for block in blocks))
-        upper = above.sets.resolved(blocks, path, instance, resolved, shift)
-        alike = [lower.keys() & added.keys() for lower, added in zip(resolved, upper, strict=True)]
-        spelling = {
-            name: f"{instance}.{name}" for names in ([u.keys() for u in upper] if prefixed else alike) for name in names
-        }
-        for lower, added in zip(resolved, upper, strict=True):
-            if not prefixed:
-                lower.update({spelling[name]: lower[name] for name in lower.keys() & added.keys()})
-            lower.update({spelling[name] if prefixed else name: some for name, some in added.items()})
-        words = Words(upper[0], {**upper[2], **_owners(upper[1])}, instance, shift)
-        labels = np.concatenate([labels, np.array(above.labels, np.int64) + shift])
-        points = np.concatenate([points, *above.points])
-        directions |= above.extras.stated.directions(words, labels, points)
-        stated = _loose_dropped(above.extras.stated.members(words, directions), shift, crowd)
-        _rename(stated if prefixed else members, spelling)
-        members.extend(stated)
+        gathered.join(above, instance, blocks, path, crowd=crowd, prefixed=prefixed)
     node_sets, side_sets, element_sets = resolved
     extras = abaqus_rest.joined([body.extras, *(extras for extras in rests if extras is not body.extras)])
     omissions = [o for o in extras.omissions(element_sets) if o.source not in members.foreign]
     node_sets |= members.sets
     return deck_of(
-        labels, points, blocks, path, node_sets=node_sets, side_sets=side_sets, element_sets=element_sets,
+        gathered.labels, gathered.points, blocks, path,
+        node_sets=node_sets, side_sets=side_sets, element_sets=element_sets,
         couplings=members.couplings, links=members.links, masses=members.masses, sums=members.sums, ties=members.ties,
         directions=directions, dependent=_dependent(members, node_sets, side_sets, blocks), omissions=omissions,
         materials=extras.materials.stated, sections=extras.materials.sections(axes.turn),
     )  # fmt: skip
+
+
+@dataclass
+class _Gathered:
+    """Nodes, sets and members of a body, and what its assembly adds."""
+
+    labels: np.ndarray
+    points: np.ndarray
+    sets: Resolved
+    directions: dict[int, np.ndarray]
+    members: Members
+
+    def join(
+        self, above: Body, instance: str, blocks: Sequence[Block], path: str, *, crowd: bool, prefixed: bool
+    ) -> None:  # fmt: skip
+        """Add nodes, sets and members of the assembly; arguments as of `_deck`."""
+        shift = _shift(self.labels, *(block.labels for block in blocks))
+        upper = above.sets.resolved(blocks, path, instance, self.sets, shift)
+        spelling: dict[str, str] = {}
+        for lower, added in zip(self.sets, upper, strict=True):
+            chosen = added.keys() if prefixed else lower.keys() & added.keys()
+            spelling |= {name: f"{instance}.{name}" for name in chosen}
+        for lower, added in zip(self.sets, upper, strict=True):
+            if not prefixed:
+                lower.update({spelling[name]: lower[name] for name in lower.keys() & added.keys()})
+            lower.update({spelling[name] if prefixed else name: labels for name, labels in added.items()})
+        words = Words(upper[0], {**upper[2], **_owners(upper[1])}, instance, shift)
+        self.labels = np.concatenate([self.labels, np.array(above.labels, np.int64) + shift])
+        self.points = np.concatenate([self.points, *above.points])
+        self.directions |= above.extras.stated.directions(words, self.labels, self.points)
+        stated = _loose_dropped(above.extras.stated.members(words, self.directions), shift, crowd)
+        _rename(stated if prefixed else self.members, spelling)
+        self.members.extend(stated)
 
 
 def _shift(*labels: np.ndarray) -> int:

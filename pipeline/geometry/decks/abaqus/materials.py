@@ -36,8 +36,8 @@ class Materials:
             self.stated.append((keyword.source, {}))
         elif keyword.name == "SOLID SECTION":
             options = keyword.options
-            names = (options.get(key, "").casefold() for key in ("MATERIAL", "ORIENTATION"))
-            self._assigned.append(Assigned(options.get("ELSET", ""), *names, keyword.source))
+            material, system = (options.get(key, "").casefold() for key in ("MATERIAL", "ORIENTATION"))
+            self._assigned.append(Assigned(options.get("ELSET", ""), material, system, keyword.source))
         elif keyword.name == "ORIENTATION":
             self._systems[keyword.option("NAME").casefold()] = orientation(keyword)
         elif self.stated and keyword.rows and keyword.name in ("ELASTIC", "DENSITY"):
@@ -55,18 +55,18 @@ class Materials:
             every = [x for row in keyword.rows[:2] for x in row.reals()]
             self._orthotropic[len(self.stated) - 1] = _orthotropic(kind, every)
 
-    def add(self, other: "Materials") -> None:
+    def add(self, outer: "Materials") -> None:
         """Add those of another part of the deck, whose sections are not this one's."""
         start = len(self.stated)
-        self.stated += other.stated
-        self._orthotropic |= {start + k: constants for k, constants in other._orthotropic.items()}
-        for name, k in other._names.items():
+        self.stated += outer.stated
+        self._orthotropic |= {start + k: constants for k, constants in outer._orthotropic.items()}
+        for name, k in outer._names.items():
             self._names.setdefault(name, start + k)
-        self._systems = other._systems | self._systems
+        self._systems = outer._systems | self._systems
 
-    def assigned(self, other: "Materials") -> None:
+    def assigned(self, inner: "Materials") -> None:
         """Take the sections of another part."""
-        self._assigned += other._assigned
+        self._assigned += inner._assigned
 
     def sections(self, turn: np.ndarray) -> list[Section]:
         """Return the material of each set of elements; `turn` are the axes of the part as columns, (3, 3)."""

@@ -47,12 +47,12 @@ class Members:
     foreign: set[Source] = field(default_factory=set)
     """Where stands what is of other instances alone."""
 
-    def extend(self, other: "Members") -> None:
+    def extend(self, outer: "Members") -> None:
         """Add those of another part of the deck."""
         for name in ("couplings", "links", "masses", "sums", "ties"):
-            getattr(self, name).extend(getattr(other, name))
-        self.sets |= other.sets
-        self.foreign |= other.foreign
+            getattr(self, name).extend(getattr(outer, name))
+        self.sets |= outer.sets
+        self.foreign |= outer.foreign
 
 
 class Stated:
@@ -146,9 +146,9 @@ class Stated:
         """Take `*KINEMATIC COUPLING`, which lists nodes."""
         label = f"rbe2_{keyword.option('REF NODE')}"
         listed = [words.nodes_of(row.words()[0]) for row in keyword.rows]
-        known = [labels for labels in listed if labels is not None]
-        if known:
-            members.sets[label] = np.unique(np.concatenate(known))
+        present = [labels for labels in listed if labels is not None]
+        if present:
+            members.sets[label] = np.unique(np.concatenate(present))
         self._lead(label, label, keyword, words, members, tie="rbe2", plain=_complete(keyword))
 
     def _distributing(self, keyword: Keyword, words: Words, members: Members) -> None:
@@ -263,13 +263,10 @@ class Stated:
         sums, links = list[Sum](), list[RigidLink]()
         for row in keyword.rows:
             kind, *names = row.words()
-            sets = [words.nodes_of(name) for name in names]
-            pairs = [some for some in sets if some is not None]
-            counts = {len(some) for some in pairs}
-            alike = len(counts) == 1 or (len(pairs) == 2 and len(pairs[1]) == 1)
-            if len(sets) != 2 or len(pairs) != 2 or not alike or kind.upper() not in ("PIN", "TIE", "LINK", "BEAM"):
+            pairs = _pairs(names, words)
+            if not pairs or kind.upper() not in ("PIN", "TIE", "LINK", "BEAM"):
                 return
-            for a, b in zip(pairs[0].tolist(), np.broadcast_to(pairs[1], pairs[0].shape).tolist(), strict=True):
+            for a, b in pairs:
                 if kind.upper() == "BEAM":
                     links.append(RigidLink((a, b), "MPC", keyword.source))
                 elif kind.upper() == "LINK":
@@ -281,24 +278,20 @@ class Stated:
 
     def _tie(self, keyword: Keyword, words: Words, members: Members) -> None:
         """Take pairs of slave and master."""
-        options = keyword.options
-        kind = options.get("TYPE", ALLOWED_TYPES[0]).upper()
-        if options.keys() & set(PARTIAL) - {"TYPE"} or kind not in ALLOWED_TYPES:
+        options, pairs = keyword.options, _named_pairs(keyword)
+        if not pairs:
             return
-        pairs = [row.words() for row in keyword.rows]
-        if any(len(pair) < 2 or not all(pair[:2]) for pair in pairs):
-            return
-        here = [words.name_of(name) is not None for pair in pairs for name in pair[:2]]
-        if words.instance is not None and not all(here):
-            if not any(here):
-                members.foreign.add(keyword.source)
+        present = [words.name_of(name) is not None for pair in pairs for name in pair]
+        if words.instance is not None and not any(present):
+            members.foreign.add(keyword.source)
+        if words.instance is not None and not all(present):
             return
         text = options.get("POSITION TOLERANCE")
         tolerance = Line(text, *keyword.source).reals()[0] if text else None
         moved = options.get("ADJUST", "YES").upper() != "NO"
         for pair in pairs:
             name = options.get("NAME") or pair[0]
-            slave, master = (words.name_of(word) or word for word in pair[:2])
+            slave, master = (words.name_of(word) or word for word in pair)
             members.ties.append(TiedSurfaces(
                 name, slave, master, tolerance=tolerance, moved=moved, keyword="TIE", source=keyword.source
             ))  # fmt: skip
@@ -313,25 +306,44 @@ TAKEN: Mapping[str, Taker] = {
 """By keyword, what takes it."""
 
 
+def _named_pairs(keyword: Keyword) -> list[list[str]]:
+    """Return slave and master of each line of a tie of surfaces; none of other ties, or where a name is missing."""
+    kind = keyword.options.get("TYPE", ALLOWED_TYPES[0]).upper()
+    if keyword.options.keys() & set(PARTIAL) - {"TYPE"} or kind not in ALLOWED_TYPES:
+        return []
+    pairs = [row.words()[:2] for row in keyword.rows]
+    return pairs if all(len(pair) == 2 and all(pair) for pair in pairs) else []
+
+
+def _pairs(names: Sequence[str], words: Words) -> list[tuple[int, int]]:
+    """Return the pairs of two nodes, or of two sets of as many, or of one node for all; none of others."""
+    sets = [labels for labels in map(words.nodes_of, names) if labels is not None]
+    if len(names) != 2 or len(sets) != 2 or len(sets[1]) not in (1, len(sets[0])):
+        return []
+    return list(zip(sets[0].tolist(), np.broadcast_to(sets[1], sets[0].shape).tolist(), strict=True))
+
+
 def _equations(words: list[str], count: int, row: Line, names: Words, source: Source) -> list[Sum] | None:
     """Return the equations of one statement; None where a node is of another instance or sets differ in size."""
     nodes, directions, coefficients = words[0::3], words[1::3], words[2::3]
-    if count < 1 or len(coefficients) < count or not all(d in "123456" and d for d in directions):
+    if count < 1 or len(coefficients) < count or not set(directions) <= set("123456"):
         raise row.source.error(f"*EQUATION: {row.text[:60]!r}, expected {count} terms of a node, a direction of 1 to 6"
                                " and a coefficient")  # fmt: skip
     values = Line(",".join(coefficients), *source).reals()
     if not values[0]:
         raise row.source.error("*EQUATION: the coefficient of the first term is 0")
-    labels = [names.nodes_of(node) for node in nodes]
-    known = [some for some in labels if some is not None]
-    most = max((len(some) for some in known), default=0)
-    if len(known) < count or len(known[0]) < most or any(len(some) not in (1, most) for some in known):
+    sets = [labels for labels in map(names.nodes_of, nodes) if labels is not None]
+    size = len(sets[0]) if sets else 0
+    if len(sets) < count or any(len(labels) not in (1, size) for labels in sets):
         return None
-    return [
-        Sum(tuple(Term(int(some[k % len(some)]), int(d) - 1, c)
-                  for some, d, c in zip(known, directions, values, strict=True) if c), None, "EQUATION", source)
-        for k in range(most)
-    ]  # fmt: skip
+    table = np.stack([np.broadcast_to(labels, size) for labels in sets], axis=1).tolist()
+    factors = [(int(d) - 1, c) for d, c in zip(directions, values, strict=True)]
+    return [Sum(_nonzero(row, factors), None, "EQUATION", source) for row in table]
+
+
+def _nonzero(nodes: Sequence[int], factors: Sequence[tuple[int, float]]) -> tuple[Term, ...]:
+    """Return the terms of an equation but those without coefficient."""
+    return tuple(Term(node, d, c) for node, (d, c) in zip(nodes, factors, strict=True) if c)
 
 
 def _spring(keyword: Keyword, kind: str, nodes: Sequence[int], system: np.ndarray | None) -> Sum:
@@ -359,7 +371,7 @@ def _spring(keyword: Keyword, kind: str, nodes: Sequence[int], system: np.ndarra
         terms = tuple(Term(n, d, sign) for n, d, sign in signed)
     else:
         axes = [(n, BASIC + 3 * (d // 3), sign * system[:, d % 3]) for n, d, sign in signed]
-        terms = tuple(Term(n, first + k, float(e[k])) for n, first, e in axes for k in range(TRANSLATIONS) if e[k])
+        terms = tuple(Term(n, d + k, float(e[k])) for n, d, e in axes for k in range(TRANSLATIONS) if e[k])
     return Sum(terms, values[0], "SPRING", keyword.source)
 
 

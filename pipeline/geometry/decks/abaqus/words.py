@@ -24,8 +24,8 @@ class Words:
     def numbers(self, words: list[str]) -> np.ndarray | None:
         """Return the labels of numbers such as 5 and Part-1.5; None of those of another instance."""
         labels = [self._number(word) for word in words]
-        known = [label for label in labels if label is not None]
-        return np.array(known, np.int64) if len(known) == len(labels) else None
+        present = [label for label in labels if label is not None]
+        return np.array(present, np.int64) if len(present) == len(labels) else None
 
     def nodes_of(self, word: str) -> np.ndarray | None:
         """Return the nodes of a number or a set, ascending; None where there are none here."""

@@ -17,6 +17,8 @@ DEGENERATE: Mapping[str, tuple[tuple[int, ...], tuple[int, ...]]] = {
     "hexahedron20": (tuple(range(8)), tuple(range(8, 20))),
 }
 """Corners and mid-edge nodes of a quadratic cell among the twenty of an element."""
+TETRAHEDRA = (87, 92, 98, 187, 227)
+"""Types of tetrahedra of ten nodes."""
 LINEAR = {"tetra10": "tetra", "wedge15": "wedge", "pyramid13": "pyramid", "hexahedron20": "hexahedron"}
 
 
@@ -37,7 +39,7 @@ def blocks_of_rows(rows: list[Row], full: set[int]) -> list[Block]:
     """Return elements by cell; `full` are the types that are integrated in full."""
     tables: dict[tuple[str, str], list[list[int]]] = {}
     for row in rows:
-        cell, nodes = _solid(row)
+        cell, nodes = solid_of_row(row)
         kind = IN_FULL if row.type_id in full else f"SOLID{row.kind}"
         tables.setdefault((cell, kind), []).append([row.label, *nodes])
     blocks = []
@@ -47,9 +49,11 @@ def blocks_of_rows(rows: list[Row], full: set[int]) -> list[Block]:
     return blocks
 
 
-def _solid(row: Row) -> tuple[str, list[int]]:
+def solid_of_row(row: Row) -> tuple[str, list[int]]:
     """Return type and nodes of an element, without the corners that it repeats; mid-edge nodes may be 0."""
     nodes, count = row.nodes, len(row.nodes)
+    if row.kind in TETRAHEDRA and 4 < count < 10:
+        nodes, count = nodes + [0] * (10 - count), 10  # Nodes that are left out at the end are not written.
     if count in (4, 10):
         return ("tetra" if count == 4 or not any(nodes[4:]) else "tetra10"), nodes[: 10 if any(nodes[4:]) else 4]
     if not CORNERS <= count <= 20:

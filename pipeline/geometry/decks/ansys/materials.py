@@ -23,9 +23,9 @@ class Materials:
         Raises:
             InputError: it has no number where one has to be.
         """
-        label, number, value = (words[3:5] + words[6:7] if words[0].upper() == "MPDATA" else words[1:4]) or ("", "", "")
+        label, material_id, value = (words[k] for k in ((3, 4, 6) if words[0].upper() == "MPDATA" else (1, 2, 3)))
         try:
-            material, amount = int(number), float(value)
+            material, amount = int(material_id), float(value)
         except ValueError:
             raise source.error(f"{','.join(words)[:60]!r}, expected the number of a material and a value") from None
         constants = self._constants.setdefault(material, (source, {}))[1]
@@ -45,9 +45,9 @@ class Materials:
         sections = []
         numbers = np.array([row.material for row in rows])
         labels = np.array([row.label for row in rows], np.int64)
-        for number in np.unique(numbers).tolist():
-            if number in self._constants:
-                sets[f"mat{number}"] = labels[numbers == number]
-                source, constants = self._constants[number]
-                sections.append(Section(f"mat{number}", source, constants, None, None))
+        for material_id in np.unique(numbers).tolist():
+            if material_id in self._constants:
+                sets[f"mat{material_id}"] = labels[numbers == material_id]
+                source, constants = self._constants[material_id]
+                sections.append(Section(f"mat{material_id}", source, constants, None, None))
         return sections, sets

@@ -8,7 +8,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import Attachment
 from gudgeon.pipeline.geometry.decks.members.carriers import FEW, Carrier, Placed, carrier_by_label
-from gudgeon.pipeline.geometry.decks.members.units import mass_scale, refused
+from gudgeon.pipeline.geometry.decks.members.units import kept, mass_scale, refused
 from gudgeon.pipeline.geometry.decks.model import Deck, PointMass
 
 MOST_NODES = 3000
@@ -40,39 +40,43 @@ def attachments(
     Raises:
         InputError: a mass or a coupling that is not left out cannot be taken over.
     """
-    folded = {name.casefold() for name in leave_out}
-    masses = [m for m in deck.masses if m.keyword.casefold() not in folded]
+    masses = kept(deck.masses, leave_out)
     scale = mass_scale(deck, masses, placed.mass_unit)
     owners = carrier_by_label(carriers)
     carried: dict[str, list[Lump]] = {}
-    on_nodes: dict[str, tuple[int, np.ndarray, float]] = {}
+    on_nodes: dict[str, Attachment] = {}
     for mass in masses:
         row = int(deck.rows(np.array([mass.node]), placed.path)[0])
         node, owner = int(placed.new_row[row]), owners.get(mass.node)
         lump = _lump(mass, placed.points[row], scale, placed.unit)
         if node >= 0 and (mass.plain or owner is None):
             _refuse_rotations(mass)
-            before = on_nodes.get(f"node_{mass.node}", (node, lump.centre, 0.0))[2]
-            on_nodes[f"node_{mass.node}"] = node, lump.centre, before + lump.mass
+            name = f"node_{mass.node}"
+            before = on_nodes[name].mass if name in on_nodes else 0.0
+            on_nodes[name] = Attachment(np.array([node]), lump.centre, "node", before + lump.mass)
         elif owner is None:
             raise refused(mass, f"node {mass.node} is of no solid, and no coupling leads it")
         else:
             carried.setdefault(owner.name, []).append(lump)
-    records: dict[str, Attachment] = {}
-    for carrier in carriers:
-        lumps = carried.get(carrier.name, [])
-        if carrier.kind == "rbe3" and not lumps:
-            continue  # A point without mass follows the body and alters nothing.
-        if not carrier.turns and (lumps or len(carrier.nodes) < 2):
+    records = {carrier.name: _carrying(carrier, carried.get(carrier.name, [])) for carrier in carriers}
+    return {name: record for name, record in records.items() if record is not None} | on_nodes
+
+
+def _carrying(carrier: Carrier, lumps: Sequence[Lump]) -> Attachment | None:
+    """Return a carrier with its masses; None of one that alters nothing, or that constraints hold together.
+
+    Raises:
+        InputError: its nodes do not determine a rotation, or are too many for a mass.
+    """
+    if carrier.kind == "rbe3" and not lumps:
+        return None  # A point without mass follows the body.
+    if not carrier.turns:
+        if lumps or len(carrier.nodes) < 2:
             raise refused(carrier.item, FEW)
-        if not carrier.turns:
-            continue  # Constraints hold them together.
-        if lumps and len(carrier.nodes) > MOST_NODES:
-            raise refused(carrier.item, f"its mass would couple {len(carrier.nodes)} nodes, allowed: {MOST_NODES}")
-        records[carrier.name] = _attachment(carrier, lumps)
-    return records | {
-        name: Attachment(np.array([node]), centre, "node", mass) for name, (node, centre, mass) in on_nodes.items()
-    }
+        return None
+    if lumps and len(carrier.nodes) > MOST_NODES:
+        raise refused(carrier.item, f"its mass would couple {len(carrier.nodes)} nodes, allowed: {MOST_NODES}")
+    return _attachment(carrier, lumps)
 
 
 def _lump(mass: PointMass, position: np.ndarray, scale: float, unit: float) -> Lump:
@@ -98,7 +102,7 @@ def _refuse_rotations(mass: PointMass) -> None:
 
 def _attachment(carrier: Carrier, lumps: Sequence[Lump]) -> Attachment:
     """Return a carrier with its masses as one, at their centre."""
-    mass = sum(lump.mass for lump in lumps)
+    mass = float(sum(lump.mass for lump in lumps))
     centre = sum((lump.mass * lump.centre for lump in lumps), np.zeros(3)) / mass if mass else carrier.point
     if len(lumps) == 1:
         centre = lumps[0].centre

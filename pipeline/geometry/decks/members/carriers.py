@@ -5,14 +5,14 @@ Rigid elements that share a point which no solid has, or a node whose rotation b
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from gudgeon.pipeline.geometry.decks.members.motion import mean_motion
-from gudgeon.pipeline.geometry.decks.members.units import refused
+from gudgeon.pipeline.geometry.decks.members.units import kept, refused
 from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, RigidLink
 
 ON_A_LINE = 1e-6
@@ -84,49 +84,57 @@ def carriers_of(deck: Deck, leave_out: Sequence[str], placed: Placed) -> list[Ca
     Raises:
         InputError: a rigid element or coupling that is not left out cannot be taken over.
     """
-    folded = {name.casefold() for name in leave_out}
-    couplings = [c for c in deck.couplings if c.source is not None and c.keyword.casefold() not in folded]
-    links = [link for link in deck.links if link.keyword.casefold() not in folded]
+    couplings = [c for c in kept(deck.couplings, leave_out) if c.source is not None]
+    links = kept(deck.links, leave_out)
     means = [c for c in couplings if c.tie == "rbe3"]
-    rigid: list[Coupling | RigidLink] = [c for c in couplings if c.tie == "rbe2"]
-    rigid += links
-    for mean in means:
-        leaders = [c.reference for c in couplings]
-        if leaders.count(mean.reference) > 1:
-            raise refused(mean, f"node {mean.reference} leads several sets, allowed: one")
-        if placed.new_row[deck.rows(np.array([mean.reference]), placed.path)[0]] >= 0:
-            raise refused(mean, f"its node {mean.reference} is one of the solid, allowed: another node")
+    rigid: list[Coupling | RigidLink] = [*(c for c in couplings if c.tie == "rbe2"), *links]
+    _refuse_leaders(deck, means, couplings, placed)
     mean_carriers = [_mean_carrier(deck, mean, placed) for mean in means]
-    members = [_labels(deck, item, placed) for item in rigid]
-    known = _known(deck, couplings)
+    members = [_labels(deck, item) for item in rigid]
+    points = _points(deck, couplings)
     carriers = []
     for group in _groups(deck, rigid, members, placed):
         labels = np.unique(np.concatenate([members[k] for k in group]))
-        carrier = _rigid_carrier(deck, [rigid[k] for k in group], labels, known, placed)
-        led = [c for c in mean_carriers if c.labels & carrier.labels]
-        if led and (len(led) > 1 or len(carrier.nodes)):
-            label = min(led[0].labels & carrier.labels)
-            raise refused(carrier.item, f"it shares node {label} with {led[0].item.keyword}, allowed: a rigid body that"
-                                        " moves with one mean motion or with nodes of the solid")  # fmt: skip
-        if led:  # Points that are rigid with that of a mean motion.
-            mean_carriers[mean_carriers.index(led[0])] = _joined(led[0], carrier)
-        else:
+        carrier = _rigid_carrier(deck, rigid[group[0]], labels, points, placed)
+        if not _moves_with_mean(carrier, mean_carriers):
             carriers.append(carrier)
     return carriers + mean_carriers
 
 
-def _joined(mean: Carrier, rigid: Carrier) -> Carrier:
-    return Carrier(mean.name, mean.kind, mean.nodes, mean.positions, mean.weights, mean.labels | rigid.labels,
-                   mean.point, mean.item)  # fmt: skip
+def _refuse_leaders(deck: Deck, means: Sequence[Coupling], couplings: Sequence[Coupling], placed: Placed) -> None:
+    """Refuse mean motions whose point is one of the solid, or leads another set too."""
+    leaders = [c.reference for c in couplings]
+    for mean in means:
+        if leaders.count(mean.reference) > 1:
+            raise refused(mean, f"node {mean.reference} leads several sets, allowed: one")
+        if placed.new_row[deck.rows(np.array([mean.reference]), placed.path)[0]] >= 0:
+            raise refused(mean, f"its node {mean.reference} is one of the solid, allowed: another node")
 
 
-def _known(deck: Deck, couplings: Sequence[Coupling]) -> set[int]:
+def _moves_with_mean(carrier: Carrier, means: list[Carrier]) -> bool:
+    """Return whether a rigid body moves with the point of a mean motion, which then has its points.
+
+    Raises:
+        InputError: it moves with several, or with nodes of the solid too.
+    """
+    led = [k for k, mean in enumerate(means) if mean.labels & carrier.labels]
+    if led and (len(led) > 1 or len(carrier.nodes)):
+        mean = means[led[0]]
+        label = min(mean.labels & carrier.labels)
+        raise refused(carrier.item, f"it shares node {label} with {mean.item.keyword}, allowed: a rigid body that moves"
+                                    " with one mean motion or with nodes of the solid")  # fmt: skip
+    for k in led:
+        means[k] = replace(means[k], labels=means[k].labels | carrier.labels)
+    return bool(led)
+
+
+def _points(deck: Deck, couplings: Sequence[Coupling]) -> set[int]:
     """Return labels of nodes that may be of no solid: leading ones, and those with masses, springs or equations."""
-    known = {c.reference for c in couplings} | {mass.node for mass in deck.masses}
-    return known | {term.node for item in deck.sums for term in item.terms} | {n for k in deck.links for n in k.nodes}
+    points = {c.reference for c in couplings} | {mass.node for mass in deck.masses}
+    return points | {term.node for item in deck.sums for term in item.terms} | {n for k in deck.links for n in k.nodes}
 
 
-def _labels(deck: Deck, item: Coupling | RigidLink, placed: Placed) -> np.ndarray:
+def _labels(deck: Deck, item: Coupling | RigidLink) -> np.ndarray:
     """Return labels of the nodes of a rigid element, the leading one too."""
     if isinstance(item, RigidLink):
         return np.unique(np.array(item.nodes, np.int64))
@@ -183,21 +191,22 @@ def _groups(
 
 
 def _rigid_carrier(
-    deck: Deck, items: Sequence[Coupling | RigidLink], labels: np.ndarray, known: set[int], placed: Placed
+    deck: Deck, item: Coupling | RigidLink, labels: np.ndarray, points: set[int], placed: Placed
 ) -> Carrier:
-    """Return the carrier of rigid elements that are one body."""
+    """Return the carrier of rigid elements that are one body, of which `item` is the leading one."""
     rows = deck.rows(labels, placed.path)
     nodes = placed.new_row[rows]
-    foreign = [label for label in labels[nodes < 0].tolist() if label not in known]
+    foreign = [label for label in labels[nodes < 0].tolist() if label not in points]
     if foreign:
-        count = len(coupled_labels(deck, items[0])) if isinstance(items[0], Coupling) else len(labels)
-        raise refused(items[0], f"{len(foreign)} of its {count} nodes are of no solid, allowed: nodes of the solid")
-    item = items[0]
-    reference = item.reference if isinstance(item, Coupling) else labels[np.argmin(nodes)]
+        count = len(coupled_labels(deck, item)) if isinstance(item, Coupling) else len(labels)
+        raise refused(item, f"{len(foreign)} of its {count} nodes are of no solid, allowed: nodes of the solid")
+    reference = item.reference if isinstance(item, Coupling) else int(labels[np.argmin(nodes)])
     order = np.argsort(nodes[nodes >= 0])
-    point = placed.points[deck.rows(np.array([reference]), placed.path)[0]]
-    return Carrier(f"rbe2_{reference}", "rbe2", nodes[nodes >= 0][order], placed.points[rows[nodes >= 0]][order], None,
-                   frozenset(labels.tolist()), point, item)  # fmt: skip
+    return Carrier(
+        name=f"rbe2_{reference}", kind="rbe2", nodes=nodes[nodes >= 0][order], weights=None, item=item,
+        positions=placed.points[rows[nodes >= 0]][order], labels=frozenset(labels.tolist()),
+        point=placed.points[deck.rows(np.array([reference]), placed.path)[0]],
+    )  # fmt: skip
 
 
 def _mean_carrier(deck: Deck, coupling: Coupling, placed: Placed) -> Carrier:
@@ -216,9 +225,11 @@ def _mean_carrier(deck: Deck, coupling: Coupling, placed: Placed) -> Carrier:
         if not (weights > 0).all():
             raise refused(coupling, f"a weight of {weights.min():g} given, allowed: above 0")
         weights = None if np.ptp(weights) == 0 else weights
-    point = placed.points[deck.rows(np.array([coupling.reference]), placed.path)[0]]
-    return Carrier(f"rbe3_{coupling.reference}", "rbe3", nodes[order], placed.points[rows[order]], weights,
-                   frozenset([coupling.reference]), point, coupling)  # fmt: skip
+    return Carrier(
+        name=f"rbe3_{coupling.reference}", kind="rbe3", nodes=nodes[order], positions=placed.points[rows[order]],
+        weights=weights, labels=frozenset([coupling.reference]), item=coupling,
+        point=placed.points[deck.rows(np.array([coupling.reference]), placed.path)[0]],
+    )  # fmt: skip
 
 
 def carrier_by_label(carriers: Sequence[Carrier]) -> Mapping[int, Carrier]:

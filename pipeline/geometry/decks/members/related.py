@@ -6,7 +6,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.mesh import Relation
 from gudgeon.pipeline.geometry.decks.members.carriers import Carrier, Placed, carrier_by_label
-from gudgeon.pipeline.geometry.decks.members.units import mass_scale, refused
+from gudgeon.pipeline.geometry.decks.members.units import kept, mass_scale, refused
 from gudgeon.pipeline.geometry.decks.model import AXIAL, BASIC, Deck, Sum, Term
 
 TRANSLATIONS = 3
@@ -23,8 +23,7 @@ def relations(deck: Deck, leave_out: Sequence[str], carriers: Sequence[Carrier],
         InputError: one that is not left out acts on a rotation that its node does not have or on a node that no solid
             has.
     """
-    folded = {name.casefold() for name in leave_out}
-    sums = [item for item in deck.sums if item.keyword.casefold() not in folded]
+    sums = kept(deck.sums, leave_out)
     springs, constraints = [s for s in sums if s.stiffness is not None], [s for s in sums if s.stiffness is None]
     scale = mass_scale(deck, springs, placed.mass_unit)
     owners = carrier_by_label(carriers)
@@ -34,10 +33,13 @@ def relations(deck: Deck, leave_out: Sequence[str], carriers: Sequence[Carrier],
             terms = [_terms(item, deck, owners, placed) for item in items]
             stiffness = np.array([_stiffness(item, scale) for item in items])
             records[name] = relation(name[:-1] if name == "springs" else "constraint", terms, stiffness)
+    return records | _bars(carriers)
+
+
+def _bars(carriers: Sequence[Carrier]) -> dict[str, Relation]:
+    """Return the constraints of rigid bodies on nodes of a line."""
     bars = [row for carrier in carriers if carrier.kind == "rbe2" and not carrier.turns for row in _bar(carrier)]
-    if bars:
-        records["bars"] = relation("constraint", bars, np.zeros(len(bars)))
-    return records
+    return {"bars": relation("constraint", bars, np.zeros(len(bars)))} if bars else {}
 
 
 def relation(kind: str, terms: Sequence[np.ndarray], stiffness: np.ndarray) -> Relation:

@@ -1,6 +1,7 @@
 """Kilograms per unit of mass of a deck, and whether its numbers are those of a solid."""
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.model import Coupling, Deck, PointMass, RigidLink, Sum, TiedSurfaces
@@ -8,7 +9,14 @@ from gudgeon.pipeline.geometry.decks.naming import Omissible
 
 DENSITIES = (10.0, 30_000.0)
 """Densities of solids [kg/m³]: a deck whose numbers are among them has its masses in kg."""
+M = TypeVar("M", Coupling, RigidLink, PointMass, Sum, TiedSurfaces)
 Member = Coupling | RigidLink | PointMass | Sum | TiedSurfaces
+
+
+def kept(items: Sequence[M], leave_out: Sequence[str]) -> list[M]:
+    """Return members whose keyword is not among those that are left out on purpose."""
+    folded = {name.casefold() for name in leave_out}
+    return [item for item in items if item.keyword.casefold() not in folded]
 
 
 def mass_scale(deck: Deck, members: Sequence[PointMass | Sum], mass_unit: float | None) -> float:

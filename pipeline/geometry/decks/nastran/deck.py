@@ -208,13 +208,13 @@ def _sections(by_name: Mapping[str, list[Card]], grids: Grids) -> list[Section]:
 
 
 def _orthotropic(card: Card) -> dict[str, tuple[float, ...]] | None:
-    """Return the constants of a MAT9 whose shears are apart; its directions are 11, 22, 33, 12, 23, 31."""
+    """Return the constants of a MAT9 whose shears are shears; its directions are 11, 22, 33, 12, 23, 31."""
     G = np.zeros((6, 6))
     upper = zip(*np.triu_indices(6), strict=True)
     for k, (i, j) in enumerate(upper):
         G[i, j] = G[j, i] = card.real(1 + k)
-    apart = G.copy()
-    apart[:3, :3] = 0.0
-    if np.abs(apart - np.diag(np.diag(apart))).max() > SAME * np.abs(G).max():
+    shears = G.copy()
+    shears[:3, :3] = 0.0
+    if np.abs(shears - np.diag(np.diag(shears))).max() > SAME * np.abs(G).max():
         return None
     return engineering_constants(G[:3, :3], (G[3, 3], G[5, 5], G[4, 4]))

@@ -59,24 +59,21 @@ class Grids:
         return directions
 
     def axes_at(self, system: int, point: np.ndarray, source: Source) -> np.ndarray:
-        """Return the directions of a system at a point of the basic one, as columns (3, 3).
-
-        Raises:
-            InputError: the point is on the axis of a cylindrical or spherical system.
-        """
+        """Return the directions of a system at a point of the basic one, as columns (3, 3); on the axis of a round
+        system, x of the system is the radial one."""
         axes = self._system(system, source)
         kind = self._cards[system][0].name[5] if system else "R"
         if kind == "R":
             return axes.turn
         arm = (point - axes.origin) @ axes.turn
         radius, flat = float(np.linalg.norm(arm)), float(np.hypot(arm[0], arm[1]))
+        sine, cosine = (flat / radius, arm[2] / radius) if radius > 0 else (1.0, 0.0)
         if not flat > ON_AXIS * radius:
-            raise source.error(f"coordinate system {system} has no directions at a point of its axis")
+            arm, flat = np.array([1.0, 0.0, arm[2]]), 1.0
         radial, around = np.array([arm[0], arm[1], 0.0]) / flat, np.array([-arm[1], arm[0], 0.0]) / flat
         upward = np.array([0.0, 0.0, 1.0])
         if kind == "C":
             return axes.turn @ np.column_stack([radial, around, upward])
-        sine, cosine = flat / radius, arm[2] / radius
         return axes.turn @ np.column_stack([sine * radial + cosine * upward, cosine * radial - sine * upward, around])
 
     def rectangular(self, system: int) -> bool:

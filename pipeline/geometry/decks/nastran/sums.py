@@ -11,6 +11,8 @@ from gudgeon.pipeline.geometry.decks.nastran.grids import Grids
 
 TERMS = (1, 4)
 """Fields of a line, from 0, at which terms of an equation begin."""
+ROUND_OFF = 1e-9
+"""Of an arm across an axis, over its largest component."""
 DIRECTIONS = 6
 """Directions of a grid point."""
 
@@ -48,34 +50,50 @@ def _bush(card: Card, by_name: Mapping[str, Sequence[Card]], grids: Grids) -> li
     properties = [p for p in by_name.get("PBUSH", []) if p.integer(0) == label]
     if not properties:
         raise card.source.error(f"CBUSH {card.integer(0)} names PBUSH {label}, which the deck does not have")
-    words = properties[0].fields
-    flags = [k for k, word in enumerate(words) if word.upper() in ("K", "B", "GE", "RCV", "M")]
-    stiffness = np.zeros(6)
-    for k in flags:
-        values = np.array([properties[0].real(k + 1 + d) for d in range(6)])
-        if words[k].upper() == "K":
-            stiffness = values
-        elif words[k].upper() != "RCV" and values.any():
-            return []
-    a, b = card.integer(2), card.integer(3, 0)
-    if card.text(8) not in ("", "0.5", ".5") or card.text(9) not in ("", "-1"):
+    stiffness = _bush_stiffness(properties[0])
+    if stiffness is None or card.text(8) not in ("", "0.5", ".5") or card.text(9) not in ("", "-1"):
         return []
+    a, b = card.integer(2), card.integer(3, 0)
     x_a = grids.position(a, card.source)
     x_b = grids.position(b, card.source) if b else x_a
     axes = _bush_axes(card, grids, x_a, x_b, stiffness)
     middle = 0.5 * (x_a + x_b)
-    sums = []
-    for direction in np.flatnonzero(stiffness).tolist():
-        axis = axes[:, direction % 3]
-        terms = []
-        for node, sign, arm in ((a, 1.0, middle - x_a), (b, -1.0, middle - x_b)):
-            turns = axis if direction >= 3 else np.cross(arm, axis)
-            shifts = np.zeros(3) if direction >= 3 else axis
-            turns = np.where(np.abs(turns) > 1e-12 * np.abs(middle).max(initial=1e-30), turns, 0.0)
-            vector = sign * np.concatenate([shifts, turns])
-            terms += [Term(node, BASIC + d, c) for d, c in enumerate(vector.tolist()) if c] if node else []
-        sums.append(Sum(tuple(terms), float(stiffness[direction]), "CBUSH", card.source))
-    return sums
+    ends = [(node, sign, arm) for node, sign, arm in ((a, 1.0, middle - x_a), (b, -1.0, middle - x_b)) if node]
+    return [_bush_sum(card, ends, k, axes[:, k % 3], float(stiffness[k])) for k in np.flatnonzero(stiffness).tolist()]
+
+
+def _bush_stiffness(card: Card) -> np.ndarray | None:
+    """Return the stiffness of a PBUSH along and about its axes, (6,); None of one that damps or has mass."""
+    stiffness = np.zeros(6)
+    for k, word in enumerate(card.fields):
+        if word.upper() not in ("K", "B", "GE", "M"):
+            continue
+        values = np.array([card.real(k + 1 + d) for d in range(6)])
+        if word.upper() == "K":
+            stiffness = values
+        elif values.any():
+            return None
+    return stiffness
+
+
+def _bush_sum(
+    card: Card, ends: Sequence[tuple[int, float, np.ndarray]], direction: int, axis: np.ndarray, stiffness: float
+) -> Sum:
+    """Return the spring of a CBUSH along an axis at its middle, or about it.
+
+    Args:
+        ends: Grid point, sign and arm to the middle of each.
+        direction: Of the spring, 0 to 5.
+        axis: Unit vector, (3,).
+        stiffness: In the file's units.
+    """
+    terms = []
+    for node, sign, arm in ends:
+        turns = axis if direction >= 3 else np.cross(arm, axis)
+        turns = np.where(np.abs(turns) > ROUND_OFF * np.abs(arm).max(initial=0.0), turns, 0.0)
+        vector = sign * np.concatenate([axis * (direction < 3), turns])
+        terms += [Term(node, BASIC + d, c) for d, c in enumerate(vector.tolist()) if c]
+    return Sum(tuple(terms), stiffness, "CBUSH", card.source)
 
 
 def _bush_axes(card: Card, grids: Grids, x_a: np.ndarray, x_b: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
