@@ -213,7 +213,7 @@ def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.nda
     raise SceneError(
         f"{text}: at {len(away)} of {len(cosines)} points the normal is more than {allowed:.0f} degrees from the"
         f" direction to it, {worst:.0f} at ({x:.4g}, {y:.4g}, {z:.4g}) m; leave these points out of the interface, by a"
-        " smaller surface, height or sector_deg"
+        " smaller surface (such as the cap of a sphere), height or sector_deg"
     )
 
 
