@@ -52,9 +52,11 @@ class _Statics:
     compliance: np.ndarray
     """C [m/N], (n, n)."""
     rows: np.ndarray
-    """W_r of the rigid coordinates that contacts resist, (n, r)."""
+    """W_r of the rigid motions that ports resist, (n, r)."""
     pull: np.ndarray
     """f_r, (r,)."""
+    motions: np.ndarray
+    """Over the rigid coordinates that have rows, (r, c)."""
     rho: np.ndarray
     """[N/m], (n,)."""
     normals: np.ndarray
@@ -197,11 +199,12 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     t1, t2 = np.array(cones, int) + 1, np.array(cones, int) + 2
     both = diag[t1] + diag[t2]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
     rho[t1] = rho[t2] = 1 / np.where(both > 1e-9 * typical, both, typical)
+    motions = determined(rows[:, resisted])
     return _Statics(
-        ports=members, free=free, compliance=C, rows=rows[:, resisted], pull=load[resisted], rho=rho,
-        normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law), cones=np.array(cones, int),
-        friction=np.vstack(friction), springs=springs[springs >= 0], stretched=np.flatnonzero(springs >= 0),
-        tension=system.springs, drives=drives[drives >= 0],
+        ports=members, free=free, compliance=C, rows=rows[:, resisted] @ motions.T, pull=motions @ load[resisted],
+        motions=motions, rho=rho, normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law),
+        cones=np.array(cones, int), friction=np.vstack(friction), springs=springs[springs >= 0],
+        stretched=np.flatnonzero(springs >= 0), tension=system.springs, drives=drives[drives >= 0],
     )  # fmt: skip
 
 
@@ -250,7 +253,7 @@ def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndar
             forces[pressing[open_]] = 0.0
             for cone in statics.cones[forces[statics.cones] == 0.0]:
                 forces[cone : cone + 3] = 0.0
-            return forces, determined(statics.rows, x[n:]), slips
+            return forces, x[n:], slips
         slipped |= slips
         if _slides(statics, np.where(slipped, statics.friction[:, 1], statics.friction[:, 0])):
             return None
@@ -367,7 +370,7 @@ def _placed(
     rigid = np.concatenate([np.arange(body.rigid.start, body.rigid.stop) for body in group])
     for body in group:
         position[body.elastic] = acting[body.elastic] / system.stiffness[body.elastic]
-    position[rigid[np.any(ports.rows.among(statics.ports, rigid), axis=0)]] += motion
+    position[rigid[np.any(ports.rows.among(statics.ports, rigid), axis=0)]] += motion @ statics.motions
     displacement = statics.free + statics.compliance @ forces + statics.rows @ motion
     contact_forces, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
     rubbed, stretch = system.start_friction.copy(), system.start_stretch.copy()
@@ -383,11 +386,8 @@ def _placed(
             contact_forces[row], overlaps[row] = max(0.0, forces[local_row]), False
             if local_row in sliding:
                 rubbed[row] = forces[local_row + 1 : local_row + 3]
-                stretch[row] = (
-                    0.0
-                    if sliding[local_row] or contact_forces[row] == 0.0
-                    else displacement[local_row + 1 : local_row + 3]
-                )
+                slips_here = sliding[local_row] or contact_forces[row] == 0.0
+                stretch[row] = 0.0 if slips_here else displacement[local_row + 1 : local_row + 3]
     for name in system.scene.springs():
         pulls[system.springs.of(name)] = unknown[ports.of(f"force.{name}")]
     for drive, local_row in system.driving.driven_rows():
