@@ -39,6 +39,7 @@ MOST_PLACES = 8
 BORDER = 1e-9
 """Share of its limit by which a force on the border of its disc is round-off from it."""
 CONTACTS = (Kind.UNILATERAL, Kind.CONE, Kind.LAW, Kind.RUBBING_LAW)
+Equilibrium = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -235,10 +236,14 @@ def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:
     return guess
 
 
-def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+def _balanced(statics: _Statics, guess: np.ndarray) -> Equilibrium | None:
     """Return the forces (n,), the rigid motion (r,) and which cones slip (k,) of the equilibrium; None without one."""
     slipped = np.zeros(len(statics.cones), np.bool_)
     x = np.concatenate([guess, np.zeros(len(statics.pull))])
+    tension = statics.tension
+    if (tension.stiffness[statics.stretched] < 0).any():  # Loads that soften have equilibria far away, too.
+        stiff = replace(statics, tension=replace(tension, stiffness=np.maximum(tension.stiffness, 0.0)))
+        x = (_newton(stiff, slipped, x, PROXIMAL[0]) or (x,))[0]
     for _ in range(len(slipped) + 1):
         tried = (_newton(statics, slipped, x, weight) for weight in PROXIMAL)
         solved = next((s for s in tried if s is not None), None)
@@ -272,6 +277,7 @@ def _newton(
     n = len(statics.ports)
     size = np.linalg.norm(statics.rows, axis=0)
     moved = 1 / np.linalg.norm(statics.rho[:, None] * statics.rows, axis=0)  # Per unit of a rigid motion's unknown.
+    x = np.concatenate([x[:n], x[n:] / moved])
     for _ in range(MOST_STEPS):
         wrong, matrix, slips = _derived(statics, slipped, x, (moved, size))
         largest = float(np.abs(x[:n]).max(initial=0.0))
@@ -352,13 +358,7 @@ def _all_springs(statics: _Statics, elongation: np.ndarray) -> np.ndarray:
     return elongations
 
 
-def _placed(
-    system: System,
-    ports: Ports,
-    bodies: list[int],
-    statics: _Statics,
-    equilibrium: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> System:
+def _placed(system: System, ports: Ports, bodies: list[int], statics: _Statics, equilibrium: Equilibrium) -> System:
     """Return the system with some bodies in their equilibrium."""
     forces, motion, slips = equilibrium
     unknown = start_unknowns(system, ports)
