@@ -354,7 +354,8 @@ def test_a_deformation_by_an_impact_within_a_frame_ends_the_run(tmp_path: Path, 
 
 
 @pytest.mark.parametrize(("inertia", "arm", "result"), [
-    ((4e-5, 4e-5, 4e-5), 0.0, "FINISHED"), ((4e-5, 5e-5, 4e-5), 0.0, "ROTATION"), ((4e-5, 4e-5, 4e-5), 1e-4, "ROTATION"),
+    ((4e-5, 4e-5, 4e-5), 0.0, "FINISHED"), ((4e-5, 5e-5, 4e-5), 0.0, "ROTATION"),
+    ((4e-5, 4e-5, 4e-5), 1e-4, "ROTATION"),
 ])  # fmt: skip
 @pytest.mark.parametrize("integrator", ["event", "implicit"])
 def test_a_ball_rolls_any_way_and_what_is_none_does_not(
