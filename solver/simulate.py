@@ -25,6 +25,7 @@ from gudgeon.solver.checks.mesh import with_mesh_estimates
 from gudgeon.solver.checks.placing import adjusted_notes, overhang_notes, slanting_notes
 from gudgeon.solver.checks.reasons import with_reasons
 from gudgeon.solver.checks.resolved import passed_over, unresolved, with_peaks, with_resolved_forces
+from gudgeon.solver.checks.restitution import with_restitution_errors
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
 from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
@@ -114,7 +115,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     notes += [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
     notes += adjusted_notes(system) + slanting_notes(system) + overhang_notes(system)
-    trajectory = with_reasons(system, _simulated(system, plan, progress), plan)
+    trajectory = with_restitution_errors(system, _simulated(system, plan, progress))
+    trajectory = with_reasons(system, trajectory, plan)
     notes += undetermined_notes(system, trajectory)
     if not plan.integrator.own_steps and plan.fixed_step is None and Result[trajectory.result].ok:
         notes += unsettled_notes(system, trajectory)

@@ -67,6 +67,9 @@ class Solid(Strict):
         """
         return False
 
+    def refine(self, gmsh: Any) -> None:
+        """Set the size of elements where it is smaller, before gmsh's model is meshed."""
+
     def expected(self, volume: float, area: float, size: float) -> float:
         """Return about how many elements of edge length `size` [m] a solid has by volume [m^3] and surface [m^2].
 
@@ -87,6 +90,7 @@ class Solid(Strict):
             model.occ.synchronize()
             volume, area = (sum(model.occ.getMass(d, tag) for _, tag in model.getEntities(d)) for d in (3, 2))
             refuse_large("solid", self.expected(volume, area, size), size)
+            self.refine(gmsh)
             generate(model.mesh, size, repair=not self.tie(model))
             outer = [tag for _, tag in model.getEntities(2) if len(model.getAdjacencies(2, tag)[0]) == 1]
             return _collect(model.mesh, outer, self.surface_shapes())

@@ -16,6 +16,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.solid import solid_twists
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
 from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.relations import with_springs
 from gudgeon.pipeline.interfaces.tie import Tie, attached_tie, tie_of, tie_rows
 from gudgeon.pipeline.scenes.component import Component, PointMass
@@ -85,6 +86,11 @@ def _carrier(model: FEModel, component: Component, mass: PointMass, key: str) ->
                 " or a surface that an interface of tie 'rbe2' makes rigid"
             )
         return tie
+    if find_surface(model.mesh, mass.surface, f"{key}.surface").facets.shape[1] == 1:
+        raise InputError(
+            f"{key}: given; a bar, and a beam of motion 'plane', has none: a beam takes motion = \"space\" and"
+            " supports, or join a rigid body to it"
+        )
     tie = tie_of(model.mesh, Interface(surface=mass.surface, kind="tie", tie="rbe3", point=mass.at), key)
     size = np.abs(tie.weights).max(axis=(1, 2), keepdims=True)
     weights = np.where(np.abs(tie.weights) > SHARE * size, tie.weights, 0.0)

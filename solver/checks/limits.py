@@ -24,6 +24,8 @@ from gudgeon.solver.system.friction import ACROSS, lines
 from gudgeon.solver.system.friction import ROUND_OFF as VELOCITY_ROUND_OFF
 from gudgeon.solver.system.system import System
 
+BALL = 1e-9
+"""Relative difference of the moments of inertia of a ball, and distance of normals from its centre by its radius."""
 ROUND_OFF = 1e-9
 """Offset relative to the displacement of a point that is round-off."""
 
@@ -76,6 +78,7 @@ class Limits:
         masses = np.array([body.morph.mass for body in system.bodies.values()])
         self._squares = masses * (system.scene.run.limits.angle * np.array(self._sizes)) ** 2
         self._turns = _turns(system)
+        self._round = frozenset(name for name in system.bodies if _rolls(system, name))
         self._widest = dict.fromkeys(system.bodies, 0.0)
         self._fastest = {line.name: float(np.linalg.norm(line.relative(system.velocity))) for line in self._lines}
 
@@ -107,23 +110,30 @@ class Limits:
             start = span.stop
             angles = np.linalg.norm(body.centre_motion(positions[:, span])[:, 3:], axis=1)
             self._widest[name] = max(self._widest[name], float(angles.max()))
-            if (frame := _first(angles > limit)) is not None:
+            if (frame := _first(angles > limit)) is not None and name not in self._round:
                 yield times[frame], Exit(Result.ROTATION, _turned_too_far(name, angles[frame], times[frame], limit))
 
     def notes(self) -> list[str]:
         """Return a note of each face of a patch that turns, and of each body that turned beyond small motion in a run
         whose limit allows it."""
         scene = self._system.scene
+        balls = [
+            f"body.{name} turned by {angle:.3g} rad as a ball: its inertia is the same about all axes, and its contact"
+            " points stay where their normals go through its centre"
+            for name, angle in self._widest.items()
+            if name in self._round and angle > scene.run.limits.angle
+        ]
         if (limit := scene.run.limits.angle) <= SMALL_ROTATION or scene.capabilities.turns:
-            return self._faces.notes()
+            return self._faces.notes() + balls
         advice = '; run.integrator = "mechanism" computes both' if scene.may_turn else ""
-        return self._faces.notes() + [
+        turned = [
             f"body.{name} turned by {angle:.3g} rad, which run.limits.angle = {limit:g} allows: beyond"
             f" {SMALL_ROTATION:g} rad this is right only where rotation changes neither the contact geometry nor the"
             f" inertia, since rotations are linear and gyroscopic terms are left out{advice}"
             for name, angle in self._widest.items()
-            if angle > SMALL_ROTATION
+            if angle > SMALL_ROTATION and name not in self._round
         ]
+        return self._faces.notes() + balls + turned
 
     def _deformed(self, times: np.ndarray, squares: np.ndarray) -> Iterator[tuple[float, Exit]]:
         limit = self._system.scene.run.limits.angle
@@ -161,6 +171,21 @@ class Limits:
             allowed = np.maximum(ACROSS * size, VELOCITY_ROUND_OFF * line.size(rates, rigid=True))
             if (frame := _first(touches & (across > allowed))) is not None:
                 yield times[frame], Exit(Result.SLIP_ACROSS, line.sentence(float(across[frame]), float(times[frame])))
+
+
+def _rolls(system: System, name: str) -> bool:
+    """Whether a body is a ball for all that acts on it: rigid, of equal moments of inertia, and touched along normals
+    through its centre alone. Its linear rotation about a contact point is that of a ball of any angle."""
+    scene, body = system.scene, system.bodies[name]
+    moments = np.linalg.eigvalsh(body.morph.inertia)
+    named = [*scene.force.values(), *scene.joint.values(), *scene.motion.values()]
+    acted_on = any(name in (getattr(item, "body", None), getattr(item, "against", None)) for item in named)
+    if len(body.modal.angular_frequencies) or np.ptp(moments) > BALL * moments[-1] or acted_on or scene.fields():
+        return False
+    sides = [(c, points) for c in system.contacts for owner, _, _, points, _ in c.sides if owner == name]
+    levers = [np.cross(points - body.morph.centre, contact.directions) for contact, points in sides]
+    radii = [np.linalg.norm(points - body.morph.centre, axis=1).max() for _, points in sides]
+    return bool(sides) and all(np.abs(a).max() <= BALL * r for a, r in zip(levers, radii, strict=True))
 
 
 def _turns(system: System) -> np.ndarray:

@@ -206,14 +206,14 @@ def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.nda
     if len(away) == len(cosines):
         raise SceneError(
             f"{text}: its normals are up to {worst:.0f} degrees from the direction to it; allowed: {allowed:.0f};"
-            " turn the body, or give the edge that strikes a narrow surface that faces the obstacle (a bevel); in"
-            " integrator 'mechanism' a contact law meets planes at any angle"
+            " turn the body, or give what strikes a narrow surface that faces the obstacle (the bevel of an edge, the"
+            " cap of a sphere); in integrator 'mechanism' a contact law meets planes at any angle"
         )
     x, y, z = placed[int(cosines.argmin())]
     raise SceneError(
         f"{text}: at {len(away)} of {len(cosines)} points the normal is more than {allowed:.0f} degrees from the"
         f" direction to it, {worst:.0f} at ({x:.4g}, {y:.4g}, {z:.4g}) m; leave these points out of the interface, by a"
-        " smaller surface, height or sector_deg"
+        " smaller surface (such as the cap of a sphere), height or sector_deg"
     )
 
 

@@ -363,6 +363,12 @@ def _significant(state: Linearised, K: dict[str, np.ndarray], notes: list[str]) 
     loose = np.abs(G[~constrained][:, ~constrained]).max(initial=0.0) > ROUND_OFF * np.abs(total).max()
     if not loose and np.abs(mu).max(initial=0.0) < NEGLIGIBLE:
         return []
+    if not loose:  # Loads have no part in motions that nothing holds, but for round-off, which nothing would hold.
+        Z = N @ Phi[:, :free]
+        for name in loaded:
+            Z_body = Z[system.bodies[name].coordinates]
+            projector = np.eye(len(Z_body)) - Z_body @ np.linalg.pinv(Z_body)
+            K[name] = projector @ K[name] @ projector
     return loaded
 
 

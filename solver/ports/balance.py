@@ -23,12 +23,14 @@ UNDETERMINED = 1e-9
 """Displacement of ports by a rigid motion, relative to that by the strongest one, that is round-off."""
 
 
-def determined(rows: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return a rigid motion (r,) without what moves none of the rows (n, r), which statics do not determine: it is
-    round-off over the proximal term."""
+def determined(rows: np.ndarray) -> np.ndarray:
+    """Return the rigid motions, orthonormal, (k, r), that move rows (n, r) by more than round-off.
+
+    Statics do not determine the others: an unknown for one would grow until its round-off moves the rows.
+    """
     _, strength, motions = np.linalg.svd(rows, full_matrices=False)
-    motions = motions[strength > UNDETERMINED * strength.max(initial=0.0)]
-    return motion if len(motions) == len(motion) else motions.T @ (motions @ motion)
+    strong = strength > UNDETERMINED * strength.max(initial=0.0)
+    return np.eye(rows.shape[1]) if strong.sum() == rows.shape[1] else motions[strong]
 
 
 def cannot_balance(

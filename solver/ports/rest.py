@@ -39,6 +39,7 @@ MOST_PLACES = 8
 BORDER = 1e-9
 """Share of its limit by which a force on the border of its disc is round-off from it."""
 CONTACTS = (Kind.UNILATERAL, Kind.CONE, Kind.LAW, Kind.RUBBING_LAW)
+Equilibrium = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -52,9 +53,11 @@ class _Statics:
     compliance: np.ndarray
     """C [m/N], (n, n)."""
     rows: np.ndarray
-    """W_r of the rigid coordinates that contacts resist, (n, r)."""
+    """W_r of the rigid motions that ports resist, (n, r)."""
     pull: np.ndarray
     """f_r, (r,)."""
+    motions: np.ndarray
+    """Over the rigid coordinates that have rows, (r, c)."""
     rho: np.ndarray
     """[N/m], (n,)."""
     normals: np.ndarray
@@ -197,11 +200,12 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     t1, t2 = np.array(cones, int) + 1, np.array(cones, int) + 2
     both = diag[t1] + diag[t2]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
     rho[t1] = rho[t2] = 1 / np.where(both > 1e-9 * typical, both, typical)
+    motions = determined(rows[:, resisted])
     return _Statics(
-        ports=members, free=free, compliance=C, rows=rows[:, resisted], pull=load[resisted], rho=rho,
-        normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law), cones=np.array(cones, int),
-        friction=np.vstack(friction), springs=springs[springs >= 0], stretched=np.flatnonzero(springs >= 0),
-        tension=system.springs, drives=drives[drives >= 0],
+        ports=members, free=free, compliance=C, rows=rows[:, resisted] @ motions.T, pull=motions @ load[resisted],
+        motions=motions, rho=rho, normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law),
+        cones=np.array(cones, int), friction=np.vstack(friction), springs=springs[springs >= 0],
+        stretched=np.flatnonzero(springs >= 0), tension=system.springs, drives=drives[drives >= 0],
     )  # fmt: skip
 
 
@@ -232,10 +236,14 @@ def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:
     return guess
 
 
-def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+def _balanced(statics: _Statics, guess: np.ndarray) -> Equilibrium | None:
     """Return the forces (n,), the rigid motion (r,) and which cones slip (k,) of the equilibrium; None without one."""
     slipped = np.zeros(len(statics.cones), np.bool_)
     x = np.concatenate([guess, np.zeros(len(statics.pull))])
+    tension = statics.tension
+    if (tension.stiffness[statics.stretched] < 0).any():  # Loads that soften have equilibria far away, too.
+        stiff = replace(statics, tension=replace(tension, stiffness=np.maximum(tension.stiffness, 0.0)))
+        x = (_newton(stiff, slipped, x, PROXIMAL[0]) or (x,))[0]
     for _ in range(len(slipped) + 1):
         tried = (_newton(statics, slipped, x, weight) for weight in PROXIMAL)
         solved = next((s for s in tried if s is not None), None)
@@ -250,7 +258,7 @@ def _balanced(statics: _Statics, guess: np.ndarray) -> tuple[np.ndarray, np.ndar
             forces[pressing[open_]] = 0.0
             for cone in statics.cones[forces[statics.cones] == 0.0]:
                 forces[cone : cone + 3] = 0.0
-            return forces, determined(statics.rows, x[n:]), slips
+            return forces, x[n:], slips
         slipped |= slips
         if _slides(statics, np.where(slipped, statics.friction[:, 1], statics.friction[:, 0])):
             return None
@@ -269,6 +277,7 @@ def _newton(
     n = len(statics.ports)
     size = np.linalg.norm(statics.rows, axis=0)
     moved = 1 / np.linalg.norm(statics.rho[:, None] * statics.rows, axis=0)  # Per unit of a rigid motion's unknown.
+    x = np.concatenate([x[:n], x[n:] / moved])
     for _ in range(MOST_STEPS):
         wrong, matrix, slips = _derived(statics, slipped, x, (moved, size))
         largest = float(np.abs(x[:n]).max(initial=0.0))
@@ -349,13 +358,7 @@ def _all_springs(statics: _Statics, elongation: np.ndarray) -> np.ndarray:
     return elongations
 
 
-def _placed(
-    system: System,
-    ports: Ports,
-    bodies: list[int],
-    statics: _Statics,
-    equilibrium: tuple[np.ndarray, np.ndarray, np.ndarray],
-) -> System:
+def _placed(system: System, ports: Ports, bodies: list[int], statics: _Statics, equilibrium: Equilibrium) -> System:
     """Return the system with some bodies in their equilibrium."""
     forces, motion, slips = equilibrium
     unknown = start_unknowns(system, ports)
@@ -367,7 +370,7 @@ def _placed(
     rigid = np.concatenate([np.arange(body.rigid.start, body.rigid.stop) for body in group])
     for body in group:
         position[body.elastic] = acting[body.elastic] / system.stiffness[body.elastic]
-    position[rigid[np.any(ports.rows.among(statics.ports, rigid), axis=0)]] += motion
+    position[rigid[np.any(ports.rows.among(statics.ports, rigid), axis=0)]] += motion @ statics.motions
     displacement = statics.free + statics.compliance @ forces + statics.rows @ motion
     contact_forces, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
     rubbed, stretch = system.start_friction.copy(), system.start_stretch.copy()
@@ -383,11 +386,8 @@ def _placed(
             contact_forces[row], overlaps[row] = max(0.0, forces[local_row]), False
             if local_row in sliding:
                 rubbed[row] = forces[local_row + 1 : local_row + 3]
-                stretch[row] = (
-                    0.0
-                    if sliding[local_row] or contact_forces[row] == 0.0
-                    else displacement[local_row + 1 : local_row + 3]
-                )
+                slips_here = sliding[local_row] or contact_forces[row] == 0.0
+                stretch[row] = 0.0 if slips_here else displacement[local_row + 1 : local_row + 3]
     for name in system.scene.springs():
         pulls[system.springs.of(name)] = unknown[ports.of(f"force.{name}")]
     for drive, local_row in system.driving.driven_rows():

@@ -352,3 +352,31 @@ def test_a_deformation_by_an_impact_within_a_frame_ends_the_run(tmp_path: Path, 
         found = simulate(build(tmp_path / result, rod_records(10), scene))
         assert found.result == result
     assert found.counts["reason"].startswith("body 'part' deformed by 5.")
+
+
+@pytest.mark.parametrize(("inertia", "arm", "result"), [
+    ((4e-5, 4e-5, 4e-5), 0.0, "FINISHED"), ((4e-5, 5e-5, 4e-5), 0.0, "ROTATION"),
+    ((4e-5, 4e-5, 4e-5), 1e-4, "ROTATION"),
+])  # fmt: skip
+@pytest.mark.parametrize("integrator", ["event", "implicit"])
+def test_a_ball_rolls_any_way_and_what_is_none_does_not(
+    inertia: tuple[float, float, float], arm: float, result: str, integrator: str, tmp_path: Path
+) -> None:
+    """It slides for 2 v/(7 µ g), and then rolls at 5/7 v, ω = v/r; a point beside the middle is that of a corner."""
+    r, mu, g, v = 0.01, 0.3, 9.81, 0.5
+    records = rigid_records(1.0, {"a": ((arm, 0, -r), (0, 0, -1))}, inertia)
+    friction = {"static": mu} | ({"direction": [1, 0, 0]} if integrator == "event" else {})
+    scene = {
+        "body": {"part": {"position": [0, 0, r], "velocity": [v, 0, 0], "freedom": ["x", "z", "ry"]}},
+        "contact": {"a": {"body": "part", "interface": "a", "against": FLOOR, "method": "constraint",
+                          "friction": friction}},
+        "run": {"duration": 0.1, "gravity": [0, 0, -g], "integrator": integrator, "checks": False},
+    }  # fmt: skip
+    rolled = simulate(build(tmp_path, records, scene))
+    assert rolled.result == result
+    if result == "FINISHED":
+        slid = 2 * v / (7 * mu * g)
+        distance = 12 * v**2 / (49 * mu * g) + 5 / 7 * v * (0.1 - slid)
+        assert rolled.quantities["part.displacement_x"]["value"] == pytest.approx(distance, rel=2e-3)
+        assert rolled.quantities["part.angular_velocity_y"]["value"] == pytest.approx(5 / 7 * v / r, rel=1e-6)
+        assert "as a ball" in rolled.counts["rotation_notes"]

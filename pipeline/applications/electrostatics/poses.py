@@ -115,10 +115,12 @@ class PoseProblem:
         group = panels.group()
         self._refuse_overlap(panels, group, pose)
         between, among = np.zeros((len(fixed.panels), len(panels))), moving.matrix
-        core.panels.fill(fixed.group, group, 1.0, between)
+        if len(fixed.panels):  # A half-space may be all that stays.
+            core.panels.fill(fixed.group, group, 1.0, between)
         if (half := self._half_space) is not None:
             image = half.mirrored(panels).group()
-            core.panels.fill(fixed.group, image, half.factor, between)
+            if len(fixed.panels):
+                core.panels.fill(fixed.group, image, half.factor, between)
             among = among.copy()
             core.panels.fill_symmetric(group, image, half.factor, 0, len(panels), among)
         split, right = len(fixed.panels), np.concatenate([fixed.right, moving.right])
@@ -140,14 +142,16 @@ class PoseProblem:
 
     def _coarse(self, between: np.ndarray, among: np.ndarray) -> np.ndarray:
         a, b = self._fixed.panels.coarse, self._moving.panels.coarse
-        mixed = coarse_matrix(between, a, b)
-        matrix = np.block([[coarse_matrix(self._fixed.matrix, a, a), mixed], [mixed.T, coarse_matrix(among, b, b)]])
-        right = np.concatenate([coarsened(self._fixed.right, a), coarsened(self._moving.right, b)])
+        matrix, right = coarse_matrix(among, b, b), coarsened(self._moving.right, b)
+        if len(a):
+            mixed = coarse_matrix(between, a, b)
+            matrix = np.block([[coarse_matrix(self._fixed.matrix, a, a), mixed], [mixed.T, matrix]])
+            right = np.concatenate([coarsened(self._fixed.right, a), right])
         return self._scale * (right.T @ Factor.of(matrix, "poses").solve(right))
 
     def _refuse_overlap(self, panels: Panels, group: Group, pose: np.ndarray) -> None:
         position = ", ".join(f"{name} = {value:.6g}" for name, value in zip(POSE_AXES, pose, strict=True) if value)
-        if core.panels.crossing(self._fixed.group, group) is not None:
+        if len(self._fixed.panels) and core.panels.crossing(self._fixed.group, group) is not None:
             raise InputError(
                 f"poses.moved: conductors touch or overlap at the pose {position or 'of the scene'}; narrow the grid"
             )

@@ -176,6 +176,6 @@ class FieldFile(Strict):
         for name in moved:
             if name not in self.conductor:
                 raise ValueError(f"poses.moved: no conductor '{name}'; the scene has {', '.join(self.conductor)}")
-        if set(moved) == set(self.conductor):
-            raise ValueError("poses.moved: all conductors given; at least one must stay")
+        if set(moved) == set(self.conductor) and self.half_space is None:
+            raise ValueError("poses.moved: all conductors given; at least one must stay, or a half_space")
         return self

@@ -21,7 +21,10 @@ SAME_SIZE = 1e-3
 SAME_DIRECTION = 1e-3
 """Angle between normals that are the same [rad]."""
 EQUALLY_NEAR = 1e-3
-"""Difference of distances that are equal, by the part's extent."""
+"""Difference of distances that may be equal, by the part's extent: points have few digits."""
+TWICE, ON = 2.0, 1e-7
+"""Distance of another face over that of the nearest one, and by the part's extent, from which on the point is next to
+the latter alone: faces may be a hundredth of a millimetre apart."""
 NEAR = 0.1
 """Distance of a point from all faces, by the part's extent, from which the point is refused."""
 SHOWN = 4
@@ -163,10 +166,8 @@ def _at(matching: list[Face], away: np.ndarray, key: str) -> list[Face]:
             f for f in matching
             if f not in chosen and f.edges & face.edges and common_shape([nearest, f])
         ]  # fmt: skip
-    rivals = [
-        matching[k] for k in order[1:]
-        if matching[k] not in chosen and away[k] - away[order[0]] <= EQUALLY_NEAR * extent
-    ]  # fmt: skip
+    rivals_within = min(away[order[0]] + EQUALLY_NEAR * extent, TWICE * away[order[0]] + ON * extent)
+    rivals = [matching[k] for k in order[1:] if matching[k] not in chosen and away[k] <= rivals_within]
     if rivals:
         raise InputError(f"{key}: `at` is equally near to {_listed([nearest, *rivals])}; give a point inside of one")
     return chosen

@@ -16,7 +16,8 @@ from gudgeon.solver.methods import METHODS
 
 ASYMPTOTIC = 0.1
 """Estimated relative error of a step above which runs of two steps do not tell how far both are off."""
-WORDS = {"impulse": "impulse", "force": "windowed force", "rebound": "rebound velocity"}
+WORDS = {"impulse": "impulse", "force": "windowed force", "rebound": "rebound velocity",
+         "restitution": "restitution"}  # fmt: skip
 READINGS = 3
 """Largest number of readings whose errors a note lists."""
 WIDER = 2.5

@@ -248,6 +248,25 @@ def test_wrong_descriptions_are_refused(files: Path, more: dict[str, Any], endin
     assert words in refused(part(files / f"bracket.{ending}", **more))
 
 
+@pytest.mark.parametrize("gap", [1e-5, 3e-5, 1e-4])
+def test_a_point_on_one_of_two_faces_that_are_micrometres_apart_is_on_that_one(gap: float, tmp_path: Path) -> None:
+    """The tines of a fork; a point between them stays ambiguous."""
+    fork = tmp_path / "fork.geo"
+    fork.write_text(f"""SetFactory("OpenCASCADE");
+        Box(1) = {{0, 0, 0, 0.06, 0.01, 0.006}};
+        Box(2) = {{0, 0, {0.006 + gap}, 0.06, 0.01, 0.006}};
+        Box(3) = {{-0.006, 0, 0, 0.006, 0.01, {0.012 + gap}}};
+        BooleanUnion(4) = {{ Volume{{1}}; Delete; }}{{ Volume{{2,3}}; Delete; }};""")
+    faces = {"lower": {"at": [0.03, 0.005, 0.006]}, "upper": {"at": [0.03, 0.005, 0.006 + gap]}}
+    surfaces = part(fork, unit=1.0, surfaces=faces).build(0.006).surfaces
+    for name, height, up in (("lower", 0.006, 1.0), ("upper", 0.006 + gap, -1.0)):
+        shape = surfaces[name].shape
+        assert shape["normal"] == pytest.approx([0, 0, up], abs=1e-9)
+        assert shape["origin"][2] == pytest.approx(height, abs=0.01 * gap)
+    between = {"lower": {"at": [0.03, 0.005, 0.006 + 0.45 * gap]}}
+    assert "`at` is equally near to" in refused(part(fork, unit=1.0, surfaces=between))
+
+
 def test_a_name_of_several_solids_is_refused() -> None:
     assert "solids: 'nut' given; 8 solids have this name (1, 2, 5, 7, 9, 13, 15, 17), give a number" in refused(
         part(ASSEMBLY, solids=["nut"])

@@ -14,10 +14,14 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.geometry.cells import outer_facets
+from gudgeon.pipeline.geometry.section import Rectangle
+from gudgeon.pipeline.geometry.shapes.bar import Bar
+from gudgeon.pipeline.geometry.shapes.beam import Beam
 from gudgeon.pipeline.interfaces.point_mass import with_point_masses
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.reduction.reduce import reduce_component
 from gudgeon.pipeline.scenes.component import Component
+from gudgeon.pipeline.scenes.material import Material
 from tests.pipeline.blocks import block
 
 SIZE = (0.01, 0.01, 0.1)
@@ -133,3 +137,15 @@ duration = 1e-5
     said = capsys.readouterr().out
     assert f"{RHO * np.prod(SIZE) + 1:.5g} kg" in said
     assert f"{np.prod(SIZE):.5g} m^3" in said
+
+
+@pytest.mark.parametrize("geometry", [
+    Beam(kind="beam", length=1.0, section=Rectangle(kind="rectangle", width=0.01, height=0.01)),
+    Bar(kind="bar", length=1.0, area=1e-4),
+])  # fmt: skip
+def test_lines_of_one_plane_are_told_what_carries_a_mass(geometry: Beam | Bar) -> None:
+    steel = Material(E=E, nu=0.0, rho=RHO)
+    model = build_model(geometry.build(0.1), steel, geometry=geometry)
+    component = component_of({"engine": {"surface": "right", "mass": 0.5}})
+    with pytest.raises(InputError, match=r"point_mass\.engine: given; .* motion = \"space\" and supports, or join"):
+        with_point_masses(model, component, "component.rod")

@@ -331,3 +331,26 @@ def test_a_grid_beyond_the_memory_is_refused(db: Path, monkeypatch: pytest.Monke
     assert "\n" not in text
     assert re.search(r"poses: \d+ panels stay and \d+ move, for which a process would need about [0-9.]+ GB", text)
     assert "fewer by a larger mesh.size, or panels.strips or panels.corner_divisions below" in text
+
+
+def test_a_sphere_moves_over_a_grounded_half_space_alone(tmp_path: Path) -> None:
+    """Reference I4 has its capacitance and force, with its centre 1.5 radii above the plane."""
+    (tmp_path / "scene.toml").write_text("""
+[conductor.ball]
+geometry = { kind = "sphere", radius = 1e-3 }
+mesh.size = 8e-4
+position = [0.0, 0.0, 1.5e-3]
+potential = 10.0
+
+[half_space]
+permittivity = "conductor"
+
+[poses]
+moved = ["ball"]
+z = { ends = [-3e-4, 3e-4], points = 9 }
+""")
+    record = compute_poses(open_job(tmp_path / "scene.toml", db=tmp_path / "db"))
+    field = PoseField.of(record)
+    force = field.interaction({"z": 0.0}, record.potentials, record.charges).force
+    assert force == pytest.approx([0, 0, -3.536190168563876e-09], rel=2e-3, abs=1e-15)
+    assert field.capacitance({"z": 0.0})[0][0, 0] == pytest.approx(1.7083300817896818e-13, rel=5e-4)
