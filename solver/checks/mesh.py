@@ -137,7 +137,7 @@ def _corrected(modal: ModalRecord) -> ModalRecord | None:
     is no estimate."""
     errors = np.zeros(len(modal.angular_frequencies))
     if modal.discretisation_errors is not None:
-        errors = np.clip(np.nan_to_num(modal.discretisation_errors, nan=0.0), 0.0, LARGEST)
+        errors = np.clip(_of_all_coordinates(modal.angular_frequencies, modal.discretisation_errors), 0.0, LARGEST)
     factors = _factors(modal, errors)
     if not errors.any() and (factors == 1).all():
         return None
@@ -146,6 +146,22 @@ def _corrected(modal: ModalRecord) -> ModalRecord | None:
         modal, angular_frequencies=modal.angular_frequencies * (1 - errors),
         residual_flexibility=None if R is None else R * np.outer(factors, factors),
     )  # fmt: skip
+
+
+def _of_all_coordinates(omega: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """Return the relative errors of all frequencies, (m,): of static shapes, which have none of their own (nan), those
+    of modes of the same frequency, beyond the highest mode in proportion to ω²; zeros where none are known.
+
+    Args:
+        omega: [rad/s], (m,)
+    """
+    known = np.isfinite(errors) & (omega > 0)
+    if not known.any():
+        return np.zeros(len(errors))
+    order = np.argsort(omega[known], kind="stable")
+    of_modes, at = np.maximum(errors[known][order], 0.0), omega[known][order]
+    filled = np.interp(omega, at, of_modes) * np.maximum(1.0, omega / at[-1]) ** 2
+    return np.where(np.isfinite(errors), errors, filled)
 
 
 def _factors(modal: ModalRecord, errors: np.ndarray) -> np.ndarray:
