@@ -11,6 +11,8 @@ from gudgeon.solver.linear.state import linearised
 from gudgeon.solver.system.bases.nested import nested
 from gudgeon.solver.system.system import System
 
+REACH = 0.75
+"""Frequency over the highest one of a basis up to which it has the assembled modes: R stands for the others."""
 HALF = 0.5
 """Share of the modes of the basis that the given one is compared with."""
 
@@ -44,7 +46,7 @@ def frequency_errors(
             continue
         errors[source] = margin * _differences(modes.frequencies, against)
         if source == "basis":  # Beyond their highest frequency, half of the modes have no mass.
-            errors[source][modes.frequencies > _highest(changed)] = np.nan
+            errors[source][modes.frequencies > REACH * _highest(changed)] = np.nan
     return errors, reasons
 
 
