@@ -56,8 +56,9 @@ NONE = {"basis": "no body has a mode that could be left out", "mesh": "the eleme
 
 def _highest(system: System) -> float:
     """Return the lowest of the highest frequencies of the bodies' modes, without static shapes [Hz]."""
-    records = [body.modal for body in system.bodies.values() if body.modal.are_modes.any()]
-    return min((float(m.angular_frequencies[m.are_modes].max()) for m in records), default=np.inf) / (2 * np.pi)
+    records = [body.modal for body in system.bodies.values()]
+    modes = [m.angular_frequencies[: len(m.angular_frequencies) - m.static_count] for m in records]
+    return min((float(omega.max()) for omega in modes if len(omega)), default=np.inf) / (2 * np.pi)
 
 
 def _differences(frequencies: np.ndarray, against: np.ndarray) -> np.ndarray:
