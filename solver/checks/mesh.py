@@ -148,8 +148,8 @@ def _corrected(modal: ModalRecord, *, shapes: bool) -> ModalRecord | None:
     """
     errors = np.zeros(len(modal.angular_frequencies))
     if modal.discretisation_errors is not None:
-        known = modal.discretisation_errors
-        errors = _of_all_coordinates(modal.angular_frequencies, known) if shapes else np.nan_to_num(known, nan=0.0)
+        errors = modal.discretisation_errors
+        errors = _of_all_coordinates(modal.angular_frequencies, errors) if shapes else np.nan_to_num(errors, nan=0.0)
         errors = np.clip(errors, 0.0, LARGEST)
     factors = _factors(modal, errors)
     if not errors.any() and (factors == 1).all():
@@ -168,12 +168,12 @@ def _of_all_coordinates(omega: np.ndarray, errors: np.ndarray) -> np.ndarray:
     Args:
         omega: [rad/s], (m,)
     """
-    known = np.isfinite(errors) & (omega > 0)
-    if not known.any():
+    estimated = np.isfinite(errors) & (omega > 0)
+    if not estimated.any():
         return np.zeros(len(errors))
-    order = np.argsort(omega[known], kind="stable")
-    of_modes, at = np.maximum(errors[known][order], 0.0), omega[known][order]
-    filled = np.interp(omega, at, of_modes) * np.maximum(1.0, omega / at[-1]) ** 2
+    order = np.argsort(omega[estimated], kind="stable")
+    of_modes, omega_modes = np.maximum(errors[estimated][order], 0.0), omega[estimated][order]
+    filled = np.interp(omega, omega_modes, of_modes) * np.maximum(1.0, omega / omega_modes[-1]) ** 2
     return np.where(np.isfinite(errors), errors, filled)
 
 

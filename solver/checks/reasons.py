@@ -23,8 +23,8 @@ def with_reasons(system: System, trajectory: Trajectory, plan: Plan) -> Trajecto
         trajectory: Its trajectory.
         plan: Its plan.
     """
-    known = {name.partition(".")[0] for name in trajectory.estimates}
-    reasons = {source: _reason(source, system, trajectory, plan) for source in SOURCES if source not in known}
+    estimated = {name.partition(".")[0] for name in trajectory.estimates}
+    reasons = {source: _reason(source, system, trajectory, plan) for source in SOURCES if source not in estimated}
     return replace(trajectory, counts=trajectory.counts | {NOT_ESTIMATED: reasons}) if reasons else trajectory
 
 
