@@ -253,19 +253,19 @@ def step_errors(
 
 
 def alike(
-    first: Mapping[str, np.ndarray], second: Mapping[str, np.ndarray]
+    reference: Mapping[str, np.ndarray], compared: Mapping[str, np.ndarray]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Return readings of two runs, (s, k) each, at the samples of that which has fewer; those that are means over a
     sample interval only where both have equally many."""
     pair: tuple[dict[str, np.ndarray], dict[str, np.ndarray]] = {}, {}
-    for name, values in first.items():
-        other = second.get(name, values[:0])
-        fewer, more = sorted((len(values), len(other)))
-        if fewer == 0 or more % fewer or (more > fewer and name.rpartition(".")[2] in MEANS):
+    for name, values in reference.items():
+        history = compared.get(name, values[:0])
+        count, largest = sorted((len(values), len(history)))
+        if count == 0 or largest % count or (largest > count and name.rpartition(".")[2] in MEANS):
             continue
-        for thinned, history in zip(pair, (values, other), strict=True):
-            stride = len(history) // fewer
-            thinned[name] = history[stride - 1 :: stride]
+        for thinned, samples in zip(pair, (values, history), strict=True):
+            stride = len(samples) // count
+            thinned[name] = samples[stride - 1 :: stride]
     return pair
 
 

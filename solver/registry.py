@@ -25,6 +25,33 @@ class Quantity(NamedTuple):
 _NORMAL = "positive: away from the obstacle or the other body"
 _SIZE = "not negative"
 
+UNESTIMATED = {
+    "times": ("an error of time is not relative to a size; histories have estimates",
+              re.compile(r"(start|end|\w*_time|slip\d+|stick\d+|slip_period|impact\d+\.(start|end|force_time))")),
+    "raw forces": ("they have the cut-off frequency of the modes and do not converge",
+                   re.compile(r"(impact\d+\.)?force_peak_raw")),
+    "speeds and impulses of single impacts": ("those of all impacts together have estimates",
+                                              re.compile(r"impact\d+\.(impulse|force_peak|approach_speed|separation_speed)")),
+    "places and areas of pressure": ("they are of points of the mesh",
+                                     re.compile(r"pressure_(patch|x|y|z)|centre_[xyz]|contact_area|edge_share|sliver_share")),
+    "least gaps": ("a distance that nothing is relative to", re.compile(r"least_gap")),
+    "places of wear": ("they are of sections and points", re.compile(r"\w*wear_(depth|angle|indentation)")),
+}  # fmt: skip
+"""Quantities without an estimated error, by what they are: why, and their names without owner."""
+
+
+def unestimated(names: Iterable[str]) -> dict[str, str]:
+    """Return why quantities of a run have no estimated error, by what they are.
+
+    Args:
+        names: Of the quantities, `OWNER.name`.
+    """
+    ends = {name.partition(".")[2] for name in names}
+    return {
+        kind: reason for kind, (reason, pattern) in UNESTIMATED.items() if any(pattern.fullmatch(end) for end in ends)
+    }
+
+
 REGISTRY: tuple[Quantity, ...] = (
     Quantity("contact", "impulse", "N s", "Size of the integral over the run of the resultant of the normal forces.",
              _SIZE),

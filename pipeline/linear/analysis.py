@@ -164,8 +164,7 @@ def _mode_rows(modes: "AssembledModes", errors: dict[str, np.ndarray]) -> list[d
     for n, (frequency, ratio) in enumerate(zip(modes.frequencies, modes.damping, strict=True)):
         row: dict[str, Any] = {"number": n + 1, "frequency": float(frequency), "damping": float(ratio)}
         row["energy"] = {name: float(fractions[n]) for name, fractions in modes.shares.items()}
-        known = {source: float(values[n]) for source, values in errors.items() if np.isfinite(values[n])}
-        row["estimated_errors"] = known
+        row["estimated_errors"] = {s: float(values[n]) for s, values in errors.items() if np.isfinite(values[n])}
         row["mass"] = None if modes.masses is None else modes.masses[n].tolist()
         rows.append(row)
     return rows
@@ -280,8 +279,8 @@ def answer_text(answer: Answer) -> str:
     lines = [heads + "  ".join(f"{name:>10}" for name in names)]
     for row in answer.modes[:30]:
         shares = "  ".join(f"{row['energy'][name]:10.1%}" for name in names)
-        known = row["estimated_errors"]
-        errors = "  ".join(f"{known[source]:7.1e}" if source in known else f"{'–':>7}" for source in SOURCES)
+        stated = row["estimated_errors"]
+        errors = "  ".join(f"{stated[source]:7.1e}" if source in stated else f"{'–':>7}" for source in SOURCES)
         lines.append(f"{row['number']:4} {row['frequency']:14.6g} Hz {row['damping']:9.3g}  {errors}  {shares}")
     if len(answer.modes) > 30:
         lines.append(f"… {len(answer.modes)} modes in all")

@@ -29,6 +29,7 @@ from gudgeon.pipeline.stages.parts import part_sizes, refuse_probes_off
 from gudgeon.pipeline.stages.run import SOLVE, Stopped, make_stages, run_job
 from gudgeon.pipeline.stages.run_report import TRAJECTORY, Progress, RunReport
 from gudgeon.pipeline.stages.summary import SUMMARY, read_summary, reference_values, write_summary
+from gudgeon.solver.registry import unestimated
 from gudgeon.solver.result import Result
 
 if TYPE_CHECKING:
@@ -195,7 +196,7 @@ def _report(job: Job, summary: dict[str, Any], lines: list[str]) -> RunReport:
     return RunReport(
         job.name, summary["result"], {}, summary["quantities"], summary["energy_drift"],
         momentum_residual=summary["momentum_residual"], estimates=summary["estimates"],
-        not_estimated=summary["counts"].get(NOT_ESTIMATED, {}), notes=lines,
+        not_estimated=summary["counts"].get(NOT_ESTIMATED, {}) | unestimated(summary["quantities"]), notes=lines,
         changes=change_estimates(job), reason=None if outcome.ok else summary["counts"].get("reason", outcome.value),
     )  # fmt: skip
 

@@ -53,7 +53,7 @@ class RunReport:
     estimates: dict[str, float] = field(default_factory=dict)
     """Estimated relative errors by name, such as `step.impulse`; see `Trajectory.estimates`."""
     not_estimated: dict[str, str] = field(default_factory=dict)
-    """Why there are none, by source of the error: `step`, `basis`, `mesh`."""
+    """Why there are none, by source of the error, `step`, `basis`, `mesh`, and by what quantities are, as `times`."""
     out: str = ""
     files: tuple[str, ...] = ("summary.json", TRAJECTORY)
     """Names of the files in `out` in addition to the pictures."""

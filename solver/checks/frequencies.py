@@ -11,6 +11,8 @@ from gudgeon.solver.linear.state import linearised
 from gudgeon.solver.system.bases.nested import nested
 from gudgeon.solver.system.system import System
 
+REACH = 0.75
+"""Frequency over the highest one of a basis up to which it has the assembled modes: R stands for the others."""
 HALF = 0.5
 """Share of the modes of the basis that the given one is compared with."""
 
@@ -43,11 +45,20 @@ def frequency_errors(
             reasons[source] = str(error)
             continue
         errors[source] = margin * _differences(modes.frequencies, against)
+        if source == "basis":  # Beyond their highest frequency, half of the modes have no mass.
+            errors[source][modes.frequencies > REACH * _highest(changed)] = np.nan
     return errors, reasons
 
 
 NONE = {"basis": "no body has a mode that could be left out", "mesh": "the elements of no body have an estimate"}
 """Why there is no other system to compare with."""
+
+
+def _highest(system: System) -> float:
+    """Return the lowest of the highest frequencies of the bodies' modes, without static shapes [Hz]."""
+    records = [body.modal for body in system.bodies.values()]
+    modes = [m.angular_frequencies[: len(m.angular_frequencies) - m.static_count] for m in records]
+    return min((float(omega.max()) for omega in modes if len(omega)), default=np.inf) / (2 * np.pi)
 
 
 def _differences(frequencies: np.ndarray, against: np.ndarray) -> np.ndarray:

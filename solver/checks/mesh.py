@@ -82,7 +82,7 @@ def _with_patches(system: System, trajectory: Trajectory) -> Trajectory:
 
 def _with_frequencies(system: System, trajectory: Trajectory, run: Run) -> Trajectory:
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
-    scene, corrected = system.scene, {name: _corrected(body.modal) for name, body in system.bodies.items()}
+    scene, corrected = system.scene, _all_corrected(system)
     components = list(dict.fromkeys(scene.component_of(name) for name, m in corrected.items() if m is not None))
     if (
         swaps_of(system) is not None
@@ -121,7 +121,7 @@ def _errors(system: System, trajectory: Trajectory, run: Run, modes: Mapping[str
 
 def continuum(system: System) -> System | None:
     """Return a system with the estimated frequencies of the continuum of all bodies; None if there are no estimates."""
-    corrected = {name: _corrected(body.modal) for name, body in system.bodies.items()}
+    corrected = _all_corrected(system)
     modes = {name: modal for name, modal in corrected.items() if modal is not None}
     return _continuum(system, modes) if modes else None
 
@@ -132,12 +132,25 @@ def _continuum(system: System, modes: Mapping[str, ModalRecord]) -> System:
     return assembled(system.scene, bodies, system.terms, fields=system.fields, bores=system.bores)
 
 
-def _corrected(modal: ModalRecord) -> ModalRecord | None:
+def _all_corrected(system: System) -> dict[str, ModalRecord | None]:
+    """Return the modal record of each body as `_corrected` does. Static shapes that hold a body at its drives or joints
+    keep their frequencies: with them the modes of the free body are none of those that vibrate."""
+    holds = bool(system.driving.drives) or bool(system.scene.hinges())
+    return {name: _corrected(body.modal, shapes=not holds) for name, body in system.bodies.items()}
+
+
+def _corrected(modal: ModalRecord, *, shapes: bool) -> ModalRecord | None:
     """Return a modal record with the estimated frequencies of the continuum, and its compliance to loads; None if there
-    is no estimate."""
+    is no estimate.
+
+    Args:
+        shapes: Whether static shapes have errors, too.
+    """
     errors = np.zeros(len(modal.angular_frequencies))
     if modal.discretisation_errors is not None:
-        errors = np.clip(np.nan_to_num(modal.discretisation_errors, nan=0.0), 0.0, LARGEST)
+        errors = modal.discretisation_errors
+        errors = _of_all_coordinates(modal.angular_frequencies, errors) if shapes else np.nan_to_num(errors, nan=0.0)
+        errors = np.clip(errors, 0.0, LARGEST)
     factors = _factors(modal, errors)
     if not errors.any() and (factors == 1).all():
         return None
@@ -146,6 +159,22 @@ def _corrected(modal: ModalRecord) -> ModalRecord | None:
         modal, angular_frequencies=modal.angular_frequencies * (1 - errors),
         residual_flexibility=None if R is None else R * np.outer(factors, factors),
     )  # fmt: skip
+
+
+def _of_all_coordinates(omega: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """Return the relative errors of all frequencies, (m,): of static shapes, which have none of their own (nan), those
+    of modes of the same frequency, beyond the highest mode in proportion to ω²; zeros where none are known.
+
+    Args:
+        omega: [rad/s], (m,)
+    """
+    estimated = np.isfinite(errors) & (omega > 0)
+    if not estimated.any():
+        return np.zeros(len(errors))
+    order = np.argsort(omega[estimated], kind="stable")
+    of_modes, omega_modes = np.maximum(errors[estimated][order], 0.0), omega[estimated][order]
+    filled = np.interp(omega, omega_modes, of_modes) * np.maximum(1.0, omega / omega_modes[-1]) ** 2
+    return np.where(np.isfinite(errors), errors, filled)
 
 
 def _factors(modal: ModalRecord, errors: np.ndarray) -> np.ndarray:

@@ -23,8 +23,8 @@ def with_reasons(system: System, trajectory: Trajectory, plan: Plan) -> Trajecto
         trajectory: Its trajectory.
         plan: Its plan.
     """
-    known = {name.partition(".")[0] for name in trajectory.estimates}
-    reasons = {source: _reason(source, system, trajectory, plan) for source in SOURCES if source not in known}
+    estimated = {name.partition(".")[0] for name in trajectory.estimates}
+    reasons = {source: _reason(source, system, trajectory, plan) for source in SOURCES if source not in estimated}
     return replace(trajectory, counts=trajectory.counts | {NOT_ESTIMATED: reasons}) if reasons else trajectory
 
 
@@ -40,7 +40,9 @@ def _reason(source: str, system: System, trajectory: Trajectory, plan: Plan) -> 
     if not touches(system, trajectory) and not readings(system, trajectory):
         return "nothing touches, and nothing is read"
     if source == "step":
-        return "runs with other steps are equal to it" if plan.fixed_step is None else "no run with another step ends"
+        if plan.integrator.own_steps or plan.fixed_step is not None:
+            return "no run of another accuracy or step ends, or it is equal to this one"
+        return "runs with other steps are equal to it"
     if swaps_of(system) is not None:
         return CHANGING
     if source == "basis":

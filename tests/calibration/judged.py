@@ -19,7 +19,7 @@ FLOOR = 1e-5
 FINER = 8
 """Steps of a run over those of the run that shows their error."""
 NEGLIGIBLE = 0.1
-"""Share of the largest stated error of a figure below which that by another source does not matter."""
+"""Share of the largest stated error of a figure by other sources below which that by one source does not matter."""
 SOURCES = ("step", "basis", "mesh")
 LARGEST = 0.5
 """True relative error from which a figure has no digit: a statement above half of that is enough."""
@@ -41,7 +41,7 @@ class Row:
     reason: str = ""
     """Why nothing is stated."""
     largest: float = 0.0
-    """Largest stated error of the figure by any source."""
+    """Largest stated error of the figure by another source."""
 
     @property
     def floor(self) -> float:
@@ -123,8 +123,8 @@ def rows_of(kind: str, number: int, case: Case, folder: Path) -> Iterator[Row]:
                 note(f"{name}.{answer.kinds[name]}", source, float(difference))
     for (figure, source), true in errors.items():
         stated, reason = stated_of(answer, figure, source)
-        by_source = [answer.estimates.get(f"{name}.{figure}", 0.0) for name in SOURCES]
-        yield Row(kind, number, figure, source, stated, true, reason, max(by_source))
+        others = [answer.estimates.get(f"{name}.{figure}", 0.0) for name in SOURCES if name != source]
+        yield Row(kind, number, figure, source, stated, true, reason, max(others))
 
 
 def relative(value: float, truth: float, size: float) -> float:

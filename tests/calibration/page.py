@@ -26,7 +26,7 @@ known: in closed form, by a small computation of their own, or by runs that conv
 eighth, whose modes are several times as many or whose elements are a quarter as long. It compares the error that a
 default run states with the true one. `step`, `basis` and `mesh` are single sources, `total` is the sum of all against
 the exact answer. Errors of probes are those of whole histories over their largest size. Errors below {floor:g} count as
-that, those by a single source also below a tenth of the largest stated error of the figure, and errors above
+that, those by a single source also below a tenth of what the figure states by another source, and errors above
 {largest:.0%} count as that. A ratio of 1 is a statement that is exact.
 
 `pytest tests/calibration` runs 30 of them with a fixed seed.

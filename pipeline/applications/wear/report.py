@@ -221,6 +221,9 @@ def wear_text(report: WearReport) -> str:
     runs = f"{document['runs']} runs, {simulated_cycles:.6g} cycles simulated"
     extrapolated = f", {cycles:.6g} by extrapolation from them" if cycles > simulated_cycles else ""
     lines.append(f"{runs}{extrapolated}; {document['rejected']} steps repeated with fewer cycles")
+    lines.append(
+        "difference is the error of an update; errors of its runs by step, basis and mesh are not in it: solve"
+    )
     for name, component in document.get("components", {}).items():
         lines.append(
             f"component {name}: modes computed again for {component['recomputed']} runs; else they are kept, estimated"

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 RESPONSE = "response.csv"
 NOTED = 0.01
 """Estimated relative error of mesh or modes above which a note is given."""
+NOT_ESTIMATED = {"step": "a harmonic response has no step"}
+"""Why errors of a wheel are not estimated."""
 SYMMETRY = {"sectors", "low", "high", "axis", "origin"}
 BLADES = {"count", "blade_radius", "response"}
 """Settings of a wheel that its modes depend on, and those that its response depends on besides."""
@@ -176,7 +178,8 @@ def make_response(job: WheelJob, product: Product, tell: Progress) -> "WheelReco
 def solved(job: WheelJob) -> RunReport:
     """Return the report of a wheel by its record."""
     record = job.store.get(job.response(job.wheel.interface).key, "wheel", only=["excitation"])
-    return RunReport(job.name, "FINISHED", {}, record.quantities, estimates=record.counts.get("estimates", {}))
+    estimates = record.counts.get("estimates", {})
+    return RunReport(job.name, "FINISHED", {}, record.quantities, estimates=estimates, not_estimated=NOT_ESTIMATED)
 
 
 def _frequencies(job: WheelJob) -> dict[str, list[dict[str, Any]]]:
@@ -217,6 +220,7 @@ def results(job: WheelJob, until: str) -> RunReport:
         {},
         summary["quantities"],
         estimates=summary["counts"].get("estimates", {}),
+        not_estimated=NOT_ESTIMATED,
         out=str(job.out),
         files=(SUMMARY, RESPONSE),
         notes=[*notes, *_coarse(job, summary["counts"])],

@@ -20,7 +20,7 @@ def beam(draw: Draw, slender: float = 30.0, **keys: object) -> tuple[dict, dict]
         "mesh": {"size": length / draw.count(8, 40)},
         "supports": ["left"],
         "interface": {"tip": {"surface": "right", "kind": "mean"}},
-        "modes": {"normal_count": draw.count(5, 24)},
+        "modes": {"normal_count": draw.count(5, 14)},
     }  # fmt: skip
     data = material | {"L": length, "A": width * height, "I": width * height**3 / 12, "h": height}
     data |= {"G": material["E"] / 2 / (1 + material["nu"]), "EI": material["E"] * data["I"]}
