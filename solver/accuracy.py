@@ -105,10 +105,15 @@ def controlled(
         if worst <= bound and error_before <= bound:
             return trajectory, finer
         error_before = worst if unresolved else 0.0
-        if halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * largest_before):
+        if _ends(halvings, largest, largest_before):
             return _unsettled(system, trajectory), finer
         needed = math.ceil(math.log2(max(worst / bound, 1.0)) / EXPECTED_ORDER)
         jump = min(max(1, needed), LARGEST_JUMP, MOST_HALVINGS - halvings)
+
+
+def _ends(halvings: int, largest: float, largest_before: float) -> bool:
+    """Return whether no finer steps are tried: after the most halvings, or where differences do not decrease."""
+    return halvings >= MOST_HALVINGS or (halvings >= PATIENCE and largest > 0.5 * largest_before)
 
 
 def _same_drift(before: Trajectory, trajectory: Trajectory) -> bool:

@@ -363,13 +363,20 @@ def _significant(state: Linearised, K: dict[str, np.ndarray], notes: list[str]) 
     loose = np.abs(G[~constrained][:, ~constrained]).max(initial=0.0) > ROUND_OFF * np.abs(total).max()
     if not loose and np.abs(mu).max(initial=0.0) < NEGLIGIBLE:
         return []
-    if not loose:  # Loads have no part in motions that nothing holds, but for round-off, which nothing would hold.
-        Z = N @ Phi[:, :free]
-        for name in loaded:
-            Z_body = Z[system.bodies[name].coordinates]
-            projector = np.eye(len(Z_body)) - Z_body @ np.linalg.pinv(Z_body)
-            K[name] = projector @ K[name] @ projector
+    K.update(_without_free(system, {name: K[name] for name in loaded}, N @ Phi[:, :free], loose=loose))
     return loaded
+
+
+def _without_free(system: System, K: dict[str, np.ndarray], Z: np.ndarray, *, loose: bool) -> dict[str, np.ndarray]:
+    """Return K of bodies without its round-off on motions Z that nothing holds, (m, f), and nothing would hold; the
+    same where loads act on these motions (`loose`)."""
+    if loose:
+        return K
+    projectors = {}
+    for name in K:
+        Z_body = Z[system.bodies[name].coordinates]
+        projectors[name] = np.eye(len(Z_body)) - Z_body @ np.linalg.pinv(Z_body)
+    return {name: projectors[name] @ K[name] @ projectors[name] for name in K}
 
 
 def _springs(state: Linearised, body: FlexibleBody, K: np.ndarray) -> tuple[LoadStiffness, FlexibleBody]:

@@ -191,9 +191,8 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
         return None
     typical = float(diag.max(initial=0.0))
     if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.
-        laws_in, mean_load = np.vstack(law), float(np.linalg.norm(load) / np.linalg.norm(rows))
-        depths = (mean_load / laws_in[:, 0]) ** (1 / laws_in[:, 1])
-        typical = float(depths.max(initial=0.0)) / mean_load if mean_load > 0 else 0.0
+        (K_law, exponent), mean_load = np.vstack(law).T, float(np.linalg.norm(load) / np.linalg.norm(rows))
+        typical = float(((mean_load / K_law) ** (1 / exponent)).max(initial=0.0)) / mean_load if mean_load > 0 else 0.0
     if not typical > 0:
         return None
     rho = 1 / np.where(diag > 1e-9 * typical, diag, typical)

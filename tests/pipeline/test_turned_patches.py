@@ -71,7 +71,7 @@ def solved(folder: Path, scene: str, **settings: Any) -> tuple[str, str]:
     """Return the result of a run and its reason with its notes."""
     (folder / "scene.toml").write_text(scene)
     report = run(folder / "scene.toml", until="solve", set=settings, db=folder / "db", out=folder / "out")
-    return report.result, f"{report.reason} {' '.join(report.notes)}"
+    return str(report.result), f"{report.reason} {' '.join(report.notes)}"
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
