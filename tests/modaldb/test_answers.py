@@ -83,7 +83,7 @@ FAILING: dict[str, Callable[[Store], Any]] = ASKED | {
 @pytest.mark.parametrize("name", sorted(FAILING))
 def test_an_error_of_another_form(name: str, error: Any) -> None:
     body = json.dumps({"error": error, "detail": ["a", {}]}).encode()
-    with answering(*[http(body, "409 Conflict")] * 3) as (url, _), pytest.raises(ModalDBError, match=f"^{url}"):
+    with answering(http(body, "409 Conflict")) as (url, _), pytest.raises(ModalDBError, match=f"^{url}"):
         FAILING[name](modaldb.open(url))
 
 
