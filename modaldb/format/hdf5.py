@@ -119,8 +119,10 @@ def read_head(
         if version != SCHEMA_VERSION:
             raise Malformed(f"schema version {version}, this release reads {SCHEMA_VERSION}")
         text = root.attributes.get("provenance")
-        known = known_inputs is not None and known_inputs[0] == text
-        inputs = known_inputs[1] if known_inputs is not None and known else _table(read_inputs, text, "provenance")
+        if known_inputs is not None and known_inputs[0] == text:
+            inputs = known_inputs[1]
+        else:
+            inputs = _table(read_inputs, text, "provenance")
         return Head(record_kind, root, checked_outline(root, KINDS[record_kind], BESIDE), inputs)
 
 

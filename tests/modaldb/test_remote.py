@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import pickle
+import re
 import socket
 import threading
 import time
@@ -241,7 +242,12 @@ def answering(*answers: bytes) -> Iterator[tuple[str, list[bytes]]]:
                 with connection:
                     connection.settimeout(5)
                     with contextlib.suppress(OSError):
-                        got.append(connection.recv(65536))
+                        got.append(request := connection.recv(65536))
+                        length = re.search(rb"(?i)\r\ncontent-length: (\d+)\r\n.*?\r\n\r\n", request, re.DOTALL)
+                        # All of the body: a connection that is closed before may lose the answer.
+                        missing = int(length[1]) - len(request) + length.end() if length else 0
+                        while missing > 0 and (more := connection.recv(65536)):
+                            missing -= len(more)
                         connection.sendall(answer)
 
         thread = threading.Thread(target=serve, daemon=True)

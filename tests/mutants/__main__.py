@@ -108,7 +108,7 @@ def table_of(outcomes: Sequence[Outcome], seconds: float) -> str:
         states = [o.state for o in outcomes if o.fault and o.fault.subject == subject]
         lines.append(f"| {subject} | {len(states)} | {states.count(KILLED)} |")
     found = sum(o.state == KILLED for o in outcomes)
-    lines.append(f"| all | {len(outcomes)} | {found}, {found / max(len(outcomes), 1):.0%} |")
+    lines.append(f"| all | {len(outcomes)} | {found}, {found / max(len(outcomes), 1):.1%} |")
     lines += ["", f"{seconds / 60:.0f} min of CPU time. Not found:", ""]
     for outcome in outcomes:
         if (fault := outcome.fault) is not None and outcome.state != KILLED:

@@ -225,6 +225,19 @@ def test_errors_that_halve_with_the_step_are_estimated_as_they_are(size: float, 
     assert 0.99 * error <= found.estimates["step.impulse"] <= 2 * error
 
 
+def test_a_step_is_halved_until_its_energy_error_is_small_too(tmp_path: Path) -> None:
+    system, steps = rod(tmp_path, integrator="implicit"), list[int]()
+    good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
+
+    def drifting(plan: Any) -> Trajectory:
+        steps.append(plan.schedule.steps)
+        return replace(good, energy_drift=0.04 * steps[0] / steps[-1])
+
+    found, _ = controlled(system, drifting)
+    assert found.result == Result.FINISHED.name
+    assert found.energy_drift <= accuracy.ACCURACY < 0.04
+
+
 def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None:
     """A block strikes a wall, a plane that it cannot leave, with a given step that is too long for its contact."""
     scene = block_scene()
