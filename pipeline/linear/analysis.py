@@ -94,7 +94,7 @@ def analyse(job: Job, request: Asked, progress: Progress) -> Answer:
         )
     run_job(job, "morph", progress)
     progress("linear", 0.0)
-    from gudgeon.solver.linear.errors import frequency_errors
+    from gudgeon.solver.checks.frequencies import frequency_errors
     from gudgeon.solver.linear.load_stiffness import with_load_stiffness
     from gudgeon.solver.linear.modes import assembled_modes
     from gudgeon.solver.linear.state import linearised
