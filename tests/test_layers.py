@@ -88,6 +88,7 @@ IMPORTED_FROM: dict[str, tuple[str, ...]] = {
     "solver.simulate": ("pipeline.stages.bodies", "pipeline.report.timing", "pipeline.robustness.trial"),
     "solver.ports": ("pipeline.stages.plan",),
     "solver.linear": ("pipeline.linear",),
+    "solver.checks": ("pipeline.linear",),
     "solver.integrators": (),
     "solver.results": ("pipeline.nodal.quantities", "pipeline.nodal.points", "pipeline.robustness.reading"),
     "solver": ("pipeline.report.timing",),

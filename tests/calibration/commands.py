@@ -1,8 +1,9 @@
 """Commands other than `solve` whose figures have stated errors: frequencies."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import gudgeon
 from gudgeon.pipeline.stages.run import run_job
@@ -21,7 +22,7 @@ def frequencies(case: Case, folder: Path) -> Iterator[Figure]:
         yield f"frequency {number + 1}", stated, abs(frequency / true - 1), "mesh"
 
 
-def modes_of(case: Case, overrides: dict, folder: Path) -> list[tuple[float, float | None]]:
+def modes_of(case: Case, overrides: Mapping[str, Any], folder: Path) -> list[tuple[float, float | None]]:
     """Return frequencies [Hz] and their stated errors."""
     job = gudgeon.open_job(case.scene, set=overrides, db=folder / "db", out=folder / "out")
     run_job(job, "modes")

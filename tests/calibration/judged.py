@@ -148,7 +148,7 @@ def stated_of(answer: Answer, figure: str, source: str) -> tuple[float | None, s
 
 
 PLAIN = {"impulse": "impulse", "force_peak": "force", "force_peak_raw": "force", "rebound_velocity": "rebound",
-         "restitution": "rebound", "wear_volume": "wear"}  # fmt: skip
+         "restitution": "rebound"}  # fmt: skip
 READ = ("displacement", "velocity", "acceleration", "rotation", "force", "moment", "distance")
 
 
@@ -157,6 +157,8 @@ def figure_of(quantity: str) -> str:
     owner, _, name = quantity.partition(".")
     if "." in name:  # Of a gauge of a body.
         return quantity.rpartition(".")[0]
+    if name == "wear_volume":
+        return quantity
     if name in PLAIN and owner not in ("r", "v", "t", "d", "j"):
         return PLAIN[name]
     base = name.removesuffix("_peak").removesuffix("_end")
