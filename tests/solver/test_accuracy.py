@@ -83,7 +83,7 @@ def test_a_smaller_accuracy_takes_a_smaller_step(tmp_path: Path) -> None:
     runs = [simulate(rod(tmp_path / str(n), integrator="implicit", accuracy=x)) for n, x in enumerate((1e-2, 1e-5))]
     assert runs[1].counts["step"] < 0.2 * runs[0].counts["step"]
     # What is read beside impulse and force has its error stated, not limited.
-    assert max(runs[1].estimates.get(f"step.{name}", 0.0) for name in Difference._fields) <= 1e-5
+    assert max(runs[1].estimates.get(f"step.{name}", 0.0) for name in accuracy.Difference._fields) <= 1e-5
 
 
 @pytest.mark.parametrize("run", [{"checks": False}, {"checks": False, "step": 1e-8}])
