@@ -127,7 +127,7 @@ def test_source_distribution_has_all_that_the_core_is_built_of(tmp_path: Path) -
     folders = [ROOT / "solver" / "core", ROOT / "pipeline"]
     built = [path for folder in folders for path in folder.rglob("*") if path.suffix in (".hpp", ".cpp")]
     sources = {path.relative_to(ROOT).as_posix() for path in [*built, ROOT / "solver" / "core" / "CMakeLists.txt"]}
-    assert len(sources) > 100
+    assert len(sources) > 90
     assert sources <= held
 
 

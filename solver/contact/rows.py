@@ -167,7 +167,7 @@ def contact_block(scene: Scene, name: str, body: FlexibleBody, master: FlexibleB
     if contact.surface_stiffness is not None:
         layer = 1.0 / (contact.surface_stiffness * areas)
     elif contact.law is not None and contact.law.kind == "linear":
-        layer = 1.0 / contact.law.of_points(areas)[:, 0]
+        layer = 1.0 / np.array([point.stiffness for point in contact.law.of_points(areas.tolist())])
     sides = [Side(body, contact.interface, identity(len(gap)), placed)]
     if partner is not None and master is not None:
         sides.append(Side(master, partner.interface, partner.share, placed))
@@ -241,7 +241,7 @@ def _surface(contact: Contact, c: int, areas: np.ndarray) -> dict[str, np.ndarra
     """
     law, friction, belt = np.zeros((c, 4)), np.zeros((c, 2)), np.zeros(c)
     if contact.law is not None:
-        law[:] = contact.law.of_points(areas)
+        law[:] = contact.law.of_points(areas.tolist())
     if contact.friction is not None:
         friction[:] = contact.friction.static, contact.friction.sliding
         if contact.friction.direction is not None:
@@ -382,7 +382,7 @@ def _dashpot(
     """
     c, areas = points
     if contact.law is not None and contact.law.kind == "linear":
-        return contact.law.of_points(areas)[:, 3]
+        return np.array([point.damping for point in contact.law.of_points(areas.tolist())])
     if contact.dashpot == "none":
         return np.zeros(c)
     if c > 1:

@@ -182,7 +182,10 @@ def largest_factor(system: System, integrator: type[Integrator]) -> float:
     """Return the largest dt·ω_c of a given step that is not divided."""
     if not len(system.gap):
         return min(integrator.largest, UNTOUCHED)
-    return min(integrator.largest, integrator.sticking) if sticks(system) else integrator.largest
+    largest = min(integrator.largest, integrator.sticking) if sticks(system) else integrator.largest
+    if integrator.resolving is None or not _on_laws_alone(system, system.residual.diagonal()):
+        return largest
+    return min(largest, integrator.resolving)
 
 
 def step_factor(system: System, integrator: type[Integrator], critical: float) -> float:
@@ -192,15 +195,21 @@ def step_factor(system: System, integrator: type[Integrator], critical: float) -
     Args:
         critical: ω_c [rad/s].
     """
-    resolving = integrator.resolving if system.scene.impulsive or _on_laws_alone(system) else None
+    resolving = (
+        integrator.resolving if system.scene.impulsive or _on_laws_alone(system, system.compliance.diagonal()) else None
+    )
     if resolving is None or system.scene.run.duration * critical / resolving * len(system.gap) > MANY:
         return integrator.step_factor
     return resolving
 
 
-def _on_laws_alone(system: System) -> bool:
-    """Return whether a law is the only compliance of a contact point: it sets the duration of contact."""
-    return bool(((system.law[:, 0] > 0) & ~(system.compliance.diagonal() > 0)).any())
+def _on_laws_alone(system: System, compliance: np.ndarray) -> bool:
+    """Return whether a law is the only compliance of a contact point: it sets the duration of contact.
+
+    Args:
+        compliance: Of the points beside it [m/N], (c,).
+    """
+    return bool(((system.law[:, 0] > 0) & ~(compliance > 0)).any())
 
 
 def plan_steps(run: Run, factor: float, critical: float, largest: float) -> Schedule:

@@ -1,9 +1,9 @@
 """What the laws share: their four coefficients, and stiffness and exponent of a Hertzian contact."""
 
+from collections.abc import Sequence
 from math import sqrt
 from typing import Literal, NamedTuple
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from gudgeon.solver.numbers import Exponent, HertzStiffness, Length, Modulus, Strict
@@ -29,20 +29,17 @@ class ContactLaw(Strict):
         """Return the four coefficients of the whole contact."""
         raise NotImplementedError
 
-    def of_points(self, areas: np.ndarray) -> np.ndarray:
-        """Return the coefficients of each point of a contact, (c, 4), which share K and c by their areas.
+    def of_points(self, areas: Sequence[float]) -> list[Coefficients]:
+        """Return the coefficients of each point of a contact, which share K and c by their areas.
 
         Points that press alike give the force of the law together, on whatever mesh.
 
         Args:
-            areas: Of the points [m^2], (c,); all zero where the points have none, which share alike.
+            areas: Of the points [m^2], c of them; all zero where the points have none, which share alike.
         """
-        stiffness, exponent, loss, damping = self.coefficients()
-        total = float(areas.sum())
-        share = areas / total if total > 0 else np.full(len(areas), 1 / max(1, len(areas)))
-        return np.column_stack([
-            stiffness * share, np.full(len(share), exponent), np.full(len(share), loss), damping * share
-        ])  # fmt: skip
+        whole, total = self.coefficients(), sum(areas)
+        shares = [area / total if total > 0 else 1 / len(areas) for area in areas]
+        return [whole._replace(stiffness=whole.stiffness * share, damping=whole.damping * share) for share in shares]
 
     def warning(self) -> str | None:
         """Return one line where the law is used outside its range of validity."""

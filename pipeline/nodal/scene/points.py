@@ -109,7 +109,7 @@ def _contact(job: Job, name: str, bodies: list[Part]) -> PointContact:
         law = np.zeros((len(gap), 4))
         law[:, 0], law[:, 1] = contact.surface_stiffness * areas, 1.0
     elif contact.law is not None:
-        law = contact.law.of_points(areas)
+        law = np.array(contact.law.of_points(areas.tolist()))
     gap = np.where(np.abs(gap) <= allowed, np.maximum(gap, 0.0), gap)
     return PointContact(tuple(rows), gap, directions, body_id, partner_id, law)
 

@@ -20,6 +20,7 @@ BY_TABLE: dict[str, dict[str, Any]] = {
         "coupling_damping": [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
     },
     "CadPart": {"path": "bracket.step", "unit": 1e-3, "solids": [1, 2], "sizes": {"foot": 1e-3}},
+    "Cap": {"angle": 8.0, "size": 2e-4},
     "Conductor": {"charge": 1e-9},
     "Damping": {
         "ratios": [0.01, 0.01, 0.02], "table": "damping.csv", "values": [[100.0, 0.01], [5000.0, 0.03]],

@@ -20,9 +20,10 @@ def step_limit(facts: Facts) -> Iterator[str]:
     if substeps < 2:
         return
     name, critical = counts["integrator"], counts["critical_frequency"]
-    factor = INTEGRATORS[name].largest if facts.scene.contact else min(INTEGRATORS[name].largest, UNTOUCHED)
-    if math.ceil(run.step * critical / factor * (1 - 1e-12)) < substeps:
-        factor = INTEGRATORS[name].sticking
+    integrator = INTEGRATORS[name]
+    largest = integrator.largest if facts.scene.contact else min(integrator.largest, UNTOUCHED)
+    limits = [factor for factor in (largest, integrator.sticking, integrator.resolving) if factor is not None]
+    factor = next(f for f in limits if f is limits[-1] or math.ceil(run.step * critical / f * (1 - 1e-12)) >= substeps)
     limit = f"{factor:g}/ω_c" + (f" = {factor / critical:.3g} s" if critical > 0 else "")
     yield (
         f"run.step: {run.step:g} s exceeds the limit of integrator '{name}', {limit}; each step was divided into"

@@ -305,7 +305,7 @@ def test_operations_change_what_they_say(tmp_path: Path) -> None:
     assert "start inside the obstacle" in refused.reason
     with pytest.raises(DoesNotApply, match="cannot turn about every axis"):
         applied(one, kind="spin", angle=1.0)
-    one = subject(two(tmp_path, **{"component.a.geometry.inertia": [1e-3, 1e-3, 1e-3]}), tmp_path)
+    one = subject(two(tmp_path, **{"component.a.geometry.inertia": [1e-3, 1e-3, 1.5e-3]}), tmp_path)
     refused = run_trial(applied(one, kind="spin", angle=1.0), tmp_path / "turned", quiet)
     assert isinstance(refused, Refusal)
     assert refused.reason.startswith("body 'a' turned by 0.0")
