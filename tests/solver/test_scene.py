@@ -218,7 +218,7 @@ def test_terms_of_a_driven_pair() -> None:
 
 def test_fields_of_a_driven_pair() -> None:
     terms = scene_terms(Scene.model_validate(driven_pair()))
-    fields = ("rows", "normals", "edge", "areas", "points", "outline")
+    fields = ("rows", "normals", "edge", "areas")
     contact = [f"interfaces/{side}/{name}" for side in ("right", "left") for name in fields]
     own = {"angular_frequencies", "loads/pin", "loads/crown", "residual_flexibility", "discretisation_errors"}
     assert set(fields_read(terms, "part", "modes")) == own | set(contact)

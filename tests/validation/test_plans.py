@@ -178,8 +178,7 @@ def existing(store: Any, keys: dict[str, str], planned_fields: list[str]) -> set
     for record, _, path in (field.partition(":") for field in planned_fields):
         sizes = store.sizes(keys[record])
         below = {name for name in sizes if name == path or name.startswith(f"{path}/")}
-        # Of interfaces that are no patch, an outline is left out.
-        assert below or path.endswith("/outline"), f"{record}:{path} is planned, the record has none"
+        assert below, f"{record}:{path} is planned, the record has none"
         found |= {(keys[record], name) for name in below}
     return found
 

@@ -44,6 +44,8 @@ class Stock:
     """Whether it has stiffness by the stress of its weight."""
     places: tuple[str, ...] = ()
     """`group/name` of its interfaces, traction spaces, loads and gauges."""
+    patches: tuple[str, ...] = ()
+    """Interfaces of which one point stands for a face, whose outline the record has."""
 
     @classmethod
     def of(cls, sizes: Mapping[str, int]) -> "Stock":
@@ -59,6 +61,7 @@ class Stock:
             "discretisation_errors" in sizes,
             "weight_stiffness" in sizes,
             tuple(paths),
+            tuple(path.split("/")[1] for path in sizes if path.startswith("interfaces/") and path.endswith("/outline")),
         )
 
 
@@ -79,7 +82,7 @@ def contact_terms(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
     masters, others = scene.masters(), scene.others()
     for name, contact in scene.contact.items():
         if contact.body == body:
-            yield from _near_side(name, contact, elastic=stock.elastic)
+            yield from _near_side(name, contact, stock)
             slanting = contact.interface in oblique(scene)[body]
             if (scene.capabilities.turns or slanting) and stock.elastic:
                 reason = "is pressed at a slant" if slanting else "the body turns before its obstacle"
@@ -92,14 +95,17 @@ def contact_terms(scene: Scene, body: str, stock: Stock) -> Iterator[Term]:
             )
     for name, partner in others.items():
         if partner.body == body and name not in masters:
-            yield from _far_side(scene, name, partner, elastic=stock.elastic)
+            yield from _far_side(scene, name, partner, stock)
 
 
-def _far_side(scene: Scene, name: str, partner: MasterSurface | OtherBody, *, elastic: bool) -> Iterator[Term]:
+def _far_side(scene: Scene, name: str, partner: MasterSurface | OtherBody, stock: Stock) -> Iterator[Term]:
     """Yield the terms of a contact on the body that the contact's own one meets."""
     path, contact = f"modes:interfaces/{partner.interface}", scene.contact[name]
-    fields = f"{path}/rows", f"{path}/normals", *_face(path), f"{path}/facets", f"morph:points/{partner.interface}"
-    friction = _friction(name, contact, (partner.body, partner.interface), elastic=elastic)
+    fields = (
+        f"{path}/rows", f"{path}/normals", *_face(partner.interface, stock), f"{path}/facets",
+        f"morph:points/{partner.interface}",
+    )  # fmt: skip
+    friction = _friction(name, contact, (partner.body, partner.interface), elastic=stock.elastic)
     if contact.body == partner.body:
         across = friction.fields if contact.friction is not None else ()
         yield Term(f"other side of {name}", partner.body, True, "the body meets itself", fields + across)
@@ -112,9 +118,10 @@ def _far_side(scene: Scene, name: str, partner: MasterSurface | OtherBody, *, el
         yield friction
 
 
-def _face(path: str) -> tuple[str, str]:
+def _face(interface: str, stock: Stock) -> tuple[str, ...]:
     """Return the fields of the face that a patch stands for, as it was meshed."""
-    return f"{path}/points", f"{path}/outline"
+    path = f"modes:interfaces/{interface}"
+    return (f"{path}/points", f"{path}/outline") if interface in stock.patches else ()
 
 
 def _across_fields(interface: str) -> tuple[str, str]:
@@ -131,12 +138,13 @@ def _friction(name: str, contact: Contact, side: tuple[str, str], *, elastic: bo
     return Term(f"friction of {name}", body, rubs, reason, fields)
 
 
-def _near_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
+def _near_side(name: str, contact: Contact, stock: Stock) -> Iterator[Term]:
     path, body = f"modes:interfaces/{contact.interface}", contact.body
     facets = (f"{path}/facets", f"{path}/areas") if isinstance(contact.against, OtherBody) else ()
     yield Term(
         f"contact {name}", body, True, _faced(contact),
-        (f"{path}/rows", f"{path}/normals", f"{path}/edge", *_face(path), *facets, f"morph:points/{contact.interface}"),
+        (f"{path}/rows", f"{path}/normals", f"{path}/edge", *_face(contact.interface, stock), *facets,
+         f"morph:points/{contact.interface}"),
     )  # fmt: skip
     slides = isinstance(contact.against, MasterSurface)
     yield Term(f"sliding of {name}", body, slides, f"against.shape is '{contact.against.shape}'")
@@ -151,7 +159,7 @@ def _near_side(name: str, contact: Contact, *, elastic: bool) -> Iterator[Term]:
     worn = contact.wear is not None
     yield Term(f"wear of {name}", body, worn, f"wear {'is' if worn else 'is not'} given", (f"{path}/areas",))
     rubs, moves = contact.friction is not None, isinstance(contact.against, Plane) and any(contact.against.velocity)
-    yield _friction(name, contact, (body, contact.interface), elastic=elastic)
+    yield _friction(name, contact, (body, contact.interface), elastic=stock.elastic)
     reason = f"the obstacle {'moves' if moves else 'does not move'}" if rubs else "the contact has no friction"
     yield Term(f"belt of {name}", body, rubs and moves, reason)
     yield Term(f"dashpot of {name}", body, contact.dashpot != "none", f"dashpot is '{contact.dashpot}'")
