@@ -149,7 +149,7 @@ def _near_side(name: str, contact: Contact, stock: Stock) -> Iterator[Term]:
     slides = isinstance(contact.against, MasterSurface)
     yield Term(f"sliding of {name}", body, slides, f"against.shape is '{contact.against.shape}'")
     law, layer, bounce = contact.law, contact.surface_stiffness is not None, contact.restitution is not None
-    reason = f"law '{law.kind}', which points share by their areas" if law is not None else "no law is given"
+    reason = f"law '{law.kind}', which points of a face share by their areas" if law is not None else "no law is given"
     yield Term(f"law of {name}", body, law is not None, reason, (f"{path}/areas",))
     yield Term(
         f"surface layer of {name}", body, layer, f"surface_stiffness {'is' if layer else 'is not'} given",

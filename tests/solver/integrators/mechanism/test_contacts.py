@@ -100,7 +100,8 @@ def test_a_box_lands_flat_on_four_points(tmp_path: Path) -> None:
     """Four equal springs: one impact of half a period of all, whose resultant is v sqrt(4 K m)."""
     corners = [[x, y, 0.0] for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
     body = {"points": {"foot": (corners, [0.0, 0.0, -1.0])}, "position": [0.0, 0.0, 0.01], "velocity": [0, 0, -1.0]}
-    found = solved(tmp_path, {"part": body}, {}, contact={"floor": contact(SPRING)}, run={"duration": 0.03})
+    four = SPRING | {"stiffness": 4 * STIFFNESS}
+    found = solved(tmp_path, {"part": body}, {}, contact={"floor": contact(four)}, run={"duration": 0.03})
     assert value(found, "impacts") == 1
     assert value(found, "duration") == pytest.approx(np.pi * np.sqrt(MASS / (4 * STIFFNESS)), rel=1e-8)
     assert value(found, "force_peak_raw") == pytest.approx(np.sqrt(4 * STIFFNESS * MASS), rel=1e-4)

@@ -21,6 +21,8 @@ G, STIFFNESS = 9.81, 1e6
 CORNERS = [[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.3, 0.3)]
 FEET = {"foot": (CORNERS, [0.0, 0.0, -1.0])}
 DAMPED = {"kind": "linear", "stiffness": STIFFNESS, "damping": np.sqrt(STIFFNESS * MASS)}
+OF_FEET = DAMPED | {"stiffness": 4 * DAMPED["stiffness"], "damping": 4 * DAMPED["damping"]}
+"""Of four feet together, which share it."""
 
 
 def rubbing(mu: float, law: dict[str, Any] = DAMPED, *, against: dict[str, Any] = FLOOR, **more: Any) -> dict[str, Any]:
@@ -30,7 +32,7 @@ def rubbing(mu: float, law: dict[str, Any] = DAMPED, *, against: dict[str, Any] 
 def on_slope(folder: Path, mu: float, slope: float, duration: float) -> Any:
     """A block put down on a slope, on four feet."""
     run = {"duration": duration, "gravity": [G * np.sin(slope), 0.0, -G * np.cos(slope)]}
-    return solved(folder, {"part": {"points": FEET}}, {}, contact=rubbing(mu), run=run)
+    return solved(folder, {"part": {"points": FEET}}, {}, contact=rubbing(mu, OF_FEET), run=run)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.98])
@@ -67,7 +69,7 @@ def test_a_block_thrown_along_the_floor_stops_and_stays(degrees: float, tmp_path
     body = {"points": FEET, "velocity": (speed * along).tolist(), "position": [0, 0, -MASS * G / (4 * STIFFNESS)]}
     stops = speed / (mu * G)
     run = {"duration": stops + 1.0, "gravity": DOWN, "samples": 200}
-    law = DAMPED | {"damping": 0.0}
+    law = OF_FEET | {"damping": 0.0}
     floor = FLOOR | {"point": [0.0, 0.0, -MASS * G / (4 * STIFFNESS)]}
     found = solved(tmp_path, {"part": body}, {}, contact=rubbing(mu, law, against=floor), run=run)
     way = speed**2 / (2 * mu * G)
@@ -139,7 +141,7 @@ def test_an_elastic_part_that_tumbles_keeps_energy(against: dict[str, Any], mu: 
 def test_friction_stops_what_slides_on_another_body(tmp_path: Path) -> None:
     """After v²/(2 μ g), on the flat surface of a body that is held; it stays there."""
     points = [[x, y, 0.0] for x in (-0.02, 0.02) for y in (-0.02, 0.02)]
-    law = {"kind": "linear", "stiffness": STIFFNESS, "damping": 2e3}
+    law = {"kind": "linear", "stiffness": 4 * STIFFNESS, "damping": 8e3}
     mu, speed = 0.5, 1.0
     rubbed = {"method": "penalty", "law": law, "friction": {"static": mu}}
     part = {"position": [-0.2, 0.0, 1e-9], "velocity": [speed, 0.0, 0.0]}
