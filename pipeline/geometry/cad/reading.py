@@ -88,6 +88,8 @@ def solid_names(path: str) -> dict[int, str]:
         InputError: the file is missing or damaged.
         StageError: gmsh failed.
     """
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file")
     with meshing(1.0, {}, path) as gmsh:
         try:
             with quiet_stdout():
