@@ -72,7 +72,8 @@ inline void log_forces(const Constants& constants, const State& state, const Pro
     }
     for (Index a = 0; a < (constants.plain ? 0 : problem.size[0]); ++a) {
         const Index i = problem.ports[a];
-        if (is_law(constants.kind[i]) && touches(constants, state, i)) state.acting[constants.contact[i]] = 1.0;
+        const bool normal_law = is_normal(constants, i) && is_law(constants.kind[i]);
+        if (normal_law && touches(constants, state, i)) state.acting[constants.contact[i]] = 1.0;
     }
     state.counts[ACTIVE] = active;
     if (active > 0) state.counts[CONTACT_STEPS] += 1;

@@ -66,7 +66,9 @@ def test_a_law_is_indented_by_its_force(tmp_path: Path) -> None:
     system = build(tmp_path, held(4), scene(0.0, contact))
     forces, gaps = system.start_forces, final_gaps(system)
     assert (forces > 0).any()
-    np.testing.assert_allclose(forces, 1e9 * np.maximum(-gaps, 0.0) ** 1.5, rtol=1e-9, atol=1e-12 * forces.max())
+    stiffness = system.law[:, 0]
+    assert stiffness.sum() == pytest.approx(1e9, rel=1e-12)
+    np.testing.assert_allclose(forces, stiffness * np.maximum(-gaps, 0.0) ** 1.5, rtol=1e-9, atol=1e-12 * forces.max())
 
 
 @pytest.mark.parametrize("name", sorted(INTEGRATORS))

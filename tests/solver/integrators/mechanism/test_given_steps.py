@@ -32,7 +32,7 @@ def swinging(folder: Path, **run: Any) -> Any:
 def test_impacts(step: float, tmp_path: Path) -> None:
     """The estimate is not below a third of what the step changes of the impulse and of the largest force."""
     truth, found = dropped(tmp_path / "a", accuracy=1e-10), dropped(tmp_path / "b", step=step)
-    assert not truth.estimates
+    assert max(truth.estimates.values()) < 1e-8
     for name, key in (("impulse", "step.impulse"), ("force_peak", "step.force")):
         error = abs(value(found, name) / value(truth, name) - 1)
         assert found.estimates.get(key, 0.0) > error / 3 - 1e-9, name
