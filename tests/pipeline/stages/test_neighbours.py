@@ -88,7 +88,7 @@ def test_a_run_without_contact_says_how_near_it_came(scene: Path) -> None:
 
 def test_the_reason_of_a_run_that_left_its_range_has_figures(scene: Path) -> None:
     places: dict[str, Any] = {"db": scene.parent / "db", "out": scene.parent / "out"}
-    changes = {"body.one.angular_velocity": [0.0, 0.0, 10.0]}
+    changes = {"body.one.angular_velocity": [0.0, 0.0, 10.0], "component.one.geometry.inertia": [1e-3, 1e-3, 1.5e-3]}
     report = gudgeon.run(scene, set=changes, until="solve", **places)
     assert report.result == "ROTATION"
     assert report.reason is not None
