@@ -173,11 +173,12 @@ def _by_mass(system: System, reference: Trajectory, run: Run) -> dict[str, float
     try:
         forces = {contact.name: pushes(reference, contact.name) for contact in system.contacts} if in_contact else {}
         weighed_system = weighed(system, forces)
+        if weighed_system is None:
+            return {}
+        # A part of R has no tensors of a floating frame.
+        weighed_run = run(weighed_system, float(reference.times[0]))
     except SceneError:
         return {}
-    if weighed_system is None:
-        return {}
-    weighed_run = run(weighed_system, float(reference.times[0]))
     if not Result[weighed_run.result].ok or len(weighed_run.times) != len(reference.times):
         return {}
     run_readings = readings(system, reference)

@@ -141,9 +141,9 @@ PYTHON: list[Fault] = [
     ),
     *faults(
         "estimates", "solver/accuracy.py", ACCURACY,
-        ("value / 2 ** (jump - 1)", "value / 2 ** jump"),
+        ("2.0 ** (1 - jump)", "2.0 ** -jump"),
         ("if worst <= bound and error_before <= bound:", "if worst <= 10 * bound and error_before <= bound:"),
-        ("value * (1 if longer else 2)", "value * (2 if longer else 1)"),
+        ("1.0 if longer else 2.0", "2.0 if longer else 1.0"),
         ("system.scene.run.accuracy or ACCURACY", "ACCURACY"),
         ("return max(0.0, _exceeds(ours, theirs, lag)) + max(0.0, _exceeds(theirs, ours, lag))",
          "return max(0.0, _exceeds(ours, theirs, lag))"),
