@@ -9,11 +9,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import IMPULSE, Trajectory
 from gudgeon.solver.system.system import System
 
 SILENT = 1e-9
 """Size of a reading over the largest one of its unit below which it is round-off; of rotations, over 1 rad too."""
+AT_REST = 1e-6
+"""Motion of a body over what start, weight and contacts could give it, up to which it is at rest."""
 NUMBERS = (
     "duration",
     "pressure_peak",
@@ -44,11 +46,29 @@ def readings(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
     for name, motion in () if untouched else trajectory.motion.items():
         histories |= {f"{name}.{kind}": motion[:, 3 * i : 3 * i + 3] for i, kind in enumerate(MOTIONS)}
         if system.contacts:  # An impact a little later is another velocity for a moment: what is printed is the end's.
-            histories |= {f"{name}.{kind}": _at_end(histories[f"{name}.{kind}"]) for kind in MOTIONS}
+            scales = _scales(system, trajectory, name)
+            for kind in MOTIONS:
+                histories[f"{name}.{kind}"] = ends = _at_end(histories[f"{name}.{kind}"])
+                if _size(ends) <= AT_REST * scales[kind]:
+                    del histories[f"{name}.{kind}"]
     for name, entry in trajectory.quantities.items():
         if name.partition(".")[2] in NUMBERS:
             histories[name] = np.array([[entry["value"]]])
     return histories | _under_moving_forces(system, trajectory)
+
+
+def _scales(system: System, trajectory: Trajectory, name: str) -> dict[str, float]:
+    """Return the motions that the start, weight and contacts could give a body: by kind, in the units of `MOTIONS`."""
+    body, run = system.bodies[name], system.scene.run
+    touching = [contact.name for contact in system.contacts if name in {side[0] for side in contact.sides}]
+    impulse = sum(float(trajectory.impacts[contact][:, IMPULSE].sum()) for contact in touching)
+    start = float(np.linalg.norm(body.centre_motion(system.velocity[body.rigid])[:3]))
+    speed = start + impulse / body.morph.mass + float(np.linalg.norm(run.gravity)) * run.duration
+    turning = speed / body.gyration if body.gyration > 0 else 0.0
+    return {
+        "displacement": speed * run.duration, "velocity": speed,
+        "rotation": turning * run.duration, "angular_velocity": turning,
+    }  # fmt: skip
 
 
 def _at_end(values: np.ndarray) -> np.ndarray:

@@ -176,3 +176,22 @@ def test_frequencies_of_linear_analysis_have_errors_of_basis_and_mesh(tmp_path: 
         true = row["frequency"] / exact["frequency"] - 1
         assert true > 0
         assert is_calibrated(sum(row["estimated_errors"].values()), max(true, 1e-5)), row
+
+
+def test_a_body_at_rest_has_no_errors_of_its_motion(tmp_path: Path) -> None:
+    """A cube that 1 kN presses on a floor moves by round-off alone."""
+    text = """
+component.b.geometry = { kind = "box", lx = 0.03, ly = 0.03, lz = 0.03 }
+component.b.mesh.size = 0.015
+component.b.material = { E = 210e9, nu = 0.3, rho = 7850 }
+component.b.interface.foot.surface = "bottom"
+component.b.interface.top = { surface = "top", kind = "mean" }
+body.b = {}
+contact.f = { body = "b", interface = "foot", against = { shape = "plane", point = [0, 0, 0], normal = [0, 0, 1] } }
+force.p = { kind = "force", body = "b", interface = "top", direction = [0, 0, -1], expression = "1000" }
+run.duration = 1e-5
+"""
+    found = solved(tmp_path, text)
+    assert abs(found.quantities["b.velocity_z"]["value"]) < 1e-12
+    assert not {name for name in found.estimates if "velocity" in name or "rotation" in name}
+    assert max(value for name, value in found.estimates.items() if name.startswith("basis")) < 1e-5
