@@ -15,6 +15,7 @@ SMALL = {
     "run.checks": False, "run.duration": 0.01, "run.gravity": [0.0, 0.0, 0.0], "body.beam.position": [0.0, 0.0, 0.015],
     "body.beam.velocity": [0.0, 0.0, -0.5], "body.beam.angular_velocity": [0.0, 1.0, 0.0],
     "contact.stop.against": {"shape": "plane", "point": [1.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]},
+    "component.beam.geometry.theory": "euler-bernoulli",
 }  # fmt: skip
 INERTIA = 2.355
 """About the pin [kg m²]."""
