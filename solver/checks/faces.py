@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.contact.rows import ContactRows
@@ -142,7 +141,11 @@ class Faces:
         settings = self._system.scene.body[body.name]
         arms = points - (body.morph.centre + np.asarray(settings.position))
         turns = self._system.scene.capabilities.turns
-        rotations = Rotation.from_rotvec(motion[:, 3:]).as_matrix() - np.eye(3) if turns else None
+        rotations = None
+        if turns:
+            from scipy.spatial.transform import Rotation  # Late: bodies in small motion need none, and it takes long.
+
+            rotations = Rotation.from_rotvec(motion[:, 3:]).as_matrix() - np.eye(3)
 
         def changed(vectors: np.ndarray) -> np.ndarray:
             if rotations is not None:

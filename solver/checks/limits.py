@@ -20,6 +20,7 @@ from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.obstacles import Bore, Plane
 from gudgeon.solver.result import Result
 from gudgeon.solver.scene.run import SMALL_ROTATION
+from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.friction import ACROSS, lines
 from gudgeon.solver.system.friction import ROUND_OFF as VELOCITY_ROUND_OFF
 from gudgeon.solver.system.system import System
@@ -175,17 +176,34 @@ class Limits:
 
 def _rolls(system: System, name: str) -> bool:
     """Whether a body is a ball for all that acts on it: rigid, of equal moments of inertia, and touched along normals
-    through its centre alone. Its linear rotation about a contact point is that of a ball of any angle."""
+    through its centre alone, with no probe beside its origin. Its linear rotation about a contact point is that of a
+    ball of any angle."""
     scene, body = system.scene, system.bodies[name]
     moments = np.linalg.eigvalsh(body.morph.inertia)
     named = [*scene.force.values(), *scene.joint.values(), *scene.motion.values()]
     acted_on = any(name in (getattr(item, "body", None), getattr(item, "against", None)) for item in named)
-    if len(body.modal.angular_frequencies) or np.ptp(moments) > BALL * moments[-1] or acted_on or scene.fields():
+    if (
+        len(body.modal.angular_frequencies)
+        or np.ptp(moments) > BALL * moments[-1]
+        or acted_on
+        or scene.fields()
+        or _is_read_aside(scene, name)
+    ):
         return False
     sides = [(c, points) for c in system.contacts for owner, _, _, points, _ in c.sides if owner == name]
     levers = [np.cross(points - body.morph.centre, contact.directions) for contact, points in sides]
     radii = [np.linalg.norm(points - body.morph.centre, axis=1).max() for _, points in sides]
     return bool(sides) and all(np.abs(a).max() <= BALL * r for a, r in zip(levers, radii, strict=True))
+
+
+def _is_read_aside(scene: Scene, name: str) -> bool:
+    """Whether a probe reads the motion of a point of a body that is not its origin: by a linear rotation."""
+    sides = (("body", "interface", "at"), ("against", "against_interface", "against_at"))
+    return any(
+        getattr(probe, body, None) == name and any(getattr(probe, key, None) is not None for key in places)
+        for probe in scene.probe.values()
+        for body, *places in sides
+    )
 
 
 def _turns(system: System) -> np.ndarray:

@@ -380,3 +380,6 @@ def test_a_ball_rolls_any_way_and_what_is_none_does_not(
         assert rolled.quantities["part.displacement_x"]["value"] == pytest.approx(distance, rel=2e-3)
         assert rolled.quantities["part.angular_velocity_y"]["value"] == pytest.approx(5 / 7 * v / r, rel=1e-6)
         assert "as a ball" in rolled.counts["rotation_notes"]
+        beside = {"kind": "displacement", "body": "part", "at": [0.0, 0.0, r]}
+        read = simulate(build(tmp_path / "read", records, scene | {"probe": {"top": beside}}))
+        assert read.result == "ROTATION", "its top moves by a linear rotation"
