@@ -9,7 +9,6 @@ strip along its edge, whose half width is a: with one row of points, a surface l
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.contact.rows import ContactRows
@@ -101,6 +100,8 @@ def _is_line(contact: ContactRows) -> bool:
 
 def _radius(contact: ContactRows, acting: np.ndarray) -> float:
     """Return the least half width of a patch, over the spacing of its points."""
+    from scipy.spatial import cKDTree  # Late: it takes longer to load than a small run.
+
     spacing = float(np.median(cKDTree(contact.points).query(contact.points[acting], k=2)[0][:, 1]))
     across = contact.points[acting] - contact.points[acting].mean(axis=0)
     normal = contact.directions[acting].mean(axis=0)
