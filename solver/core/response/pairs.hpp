@@ -142,7 +142,6 @@ inline bool keep_closed(const State& state, const Problem& problem) noexcept {
     const ActiveSet& active = problem.active;
     for (Index a = active.size[0] - 1; a >= 0; --a)
         if (!problem.awake(0, active.rows[a])) remove(active, active.rows[a]);
-    fill(active.expected, 0.0);
     fill(active.closed[0], false);
     for (Index a = 0; a < active.size[0]; ++a) active.closed(0, active.rows[a]) = true;
     for (Index i = 0; i < points_of(problem); ++i) {

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.flight import flight, memory_of
 from gudgeon.solver.integrators.small.arrays import (
     POSITION,
     STABILISED,
@@ -303,22 +303,13 @@ def _residual(ports: Ports, beta: np.ndarray, jumps: np.ndarray, dt: float) -> t
     p = len(ports.offset)
     if not ports.flexibility.any():
         return np.zeros((0, ports.pairs.size)), np.zeros((0, 3, p))
-    memory = np.stack([_memory(own, dt) for own in beta])
+    memory = np.stack([memory_of(own, dt) for own in beta])
     for i in np.flatnonzero(jumps):
         memory[:, 2, i] += memory[:, 1, i]
         memory[:, 1, i] = 0.0
     if np.array_equal(beta[0], beta[1]):
         return ports.flexibility.sum(axis=0)[None], memory[:1]
     return ports.flexibility, memory
-
-
-def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
-    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
-    ratio = beta / dt
-    with np.errstate(divide="ignore"):
-        kept = np.exp(-1 / ratio)
-    gone = ratio * (1 - kept)
-    return np.array([kept, gone - kept, 1 - gone])
 
 
 def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, softness: np.ndarray) -> np.ndarray:
