@@ -6,6 +6,7 @@ from pathlib import Path
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.decks.abaqus.deck import read_abaqus
 from gudgeon.pipeline.geometry.decks.ansys.archive import read_ansys
+from gudgeon.pipeline.geometry.decks.ansys.substructure import read_substructure_deck
 from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
 from gudgeon.pipeline.geometry.decks.by_meshio import read_by_meshio
 from gudgeon.pipeline.geometry.decks.exodus import read_exodus
@@ -18,7 +19,8 @@ READABLE = (
 )
 Reader = Callable[[str, Scope], Deck]
 DECKS: Mapping[str, Reader] = {
-    ".inp": read_abaqus, **dict.fromkeys((".bdf", ".nas", ".dat", ".pch", ".dmig"), read_nastran), ".cdb": read_ansys,
+    ".inp": read_abaqus, **dict.fromkeys((".bdf", ".nas", ".dat", ".pch", ".asm", ".dmig"), read_nastran),
+    ".cdb": read_ansys, ".sub": read_substructure_deck, ".nc4": read_exodus,
 }  # fmt: skip
 """Readers of decks, which name more than a mesh."""
 FAMILIES: Mapping[str, Reader] = {

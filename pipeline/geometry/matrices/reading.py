@@ -7,23 +7,30 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import ConvexHull, QhullError
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
+from gudgeon.modaldb.records.mesh import GENERALISED, MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, NODES, TETRA10, WEDGE6, Cell
 from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck, Scope
-from gudgeon.pipeline.geometry.decks.reading import DECKS, WHOLE, read_deck
+from gudgeon.pipeline.geometry.decks.reading import FAMILIES, WHOLE, read_deck
 from gudgeon.pipeline.geometry.decks.solids import righted, righted_note
-from gudgeon.pipeline.geometry.matrices.ansys import read_full
+from gudgeon.pipeline.geometry.matrices.ansys import read_full, read_sub
+from gudgeon.pipeline.geometry.matrices.exodus import read_reduced
 from gudgeon.pipeline.geometry.matrices.model import Given, MatrixFiles
 from gudgeon.pipeline.geometry.matrices.nastran import read_dmig, read_op4
+from gudgeon.pipeline.geometry.matrices.rows import matrix_rows, to_basic_axes
 from gudgeon.pipeline.geometry.matrices.skin import boundary, nodal_areas
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_text_matrices
 from gudgeon.pipeline.geometry.shape_fit import fit_shape
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, distance, true_surface
 
+EXODUS = (".nc4", ".e", ".exo", ".ex2", ".exii", ".g", ".gen")
+BOTH = (".full", ".sub", *EXODUS)
+"""Endings of files that hold stiffness and mass."""
 TEXT, BULK = (".sti", ".mtx"), (".bdf", ".nas", ".dat", ".pch", ".dmig")
 ZERO_AREA = 1e-9
 """Area of a node over the largest one of its surface, of nodes that stand for none: corners of six-node facets."""
+BOUNDARY, MOST_NAMED = "boundary", 200
+"""Name of the set of all nodes of a superelement, and nodes up to which each has a name."""
 DIRECTIONS = 3
 """Translations of a node."""
 OFF_SHAPE = 1e-5
@@ -36,9 +43,11 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     Raises:
         InputError: a file is missing or damaged, or they do not fit each other.
     """
-    source, model = _given(files), read_model(files.model, Scope(files.part, files.instance))
-    dofs = _dofs(files, source, model)
-    system, node_rows, blocks = _system(files, source, dofs, model)
+    matrices, model = _given(files), read_model(files.model, Scope(files.part, files.instance))
+    dofs = matrix_rows(files, matrices, model)
+    if Path(files.stiffness).suffix.lower() not in TEXT:
+        matrices = to_basic_axes(files, matrices, dofs, model)
+    system, node_rows, blocks = _system(files, matrices, dofs, model)
     points = files.unit * model.points[node_rows]
     new_row = np.full(len(model.labels), -1)
     new_row[node_rows] = np.arange(len(node_rows))
@@ -60,8 +69,8 @@ def read_model(path: str, scope: Scope = WHOLE) -> Deck:
     Raises:
         InputError: it is missing, damaged or of another kind.
     """
-    if (ending := Path(path).suffix.lower()) not in DECKS:
-        raise InputError(f"{path}: '{ending}' given; allowed: {', '.join(DECKS)}")
+    if (ending := Path(path).suffix.lower()) not in FAMILIES:
+        raise InputError(f"{path}: '{ending}' given as geometry.model; allowed: {', '.join(FAMILIES)}")
     deck = read_deck(path, scope)
     solids = [block for block in deck.blocks if block.cell.dimension == 3]
     return replace(deck, blocks=tuple(_linear(b) if (b.nodes == MISSING).any() else b for b in solids))
@@ -104,35 +113,17 @@ def _given(files: MatrixFiles) -> Given:
         return read_text_matrices(files.stiffness, mass, files.dofs)
     if ending == ".op4":
         return read_op4(files.stiffness, mass, names, files.dofs)
-    if ending not in (*BULK, ".full"):
-        raise InputError(f"{files.stiffness}: '{ending}' given; allowed: {', '.join((*TEXT, '.op4', *BULK, '.full'))}")
+    if ending not in (*BULK, *BOTH):
+        raise InputError(f"{files.stiffness}: '{ending}' given; allowed: {', '.join((*TEXT, '.op4', *BULK, *BOTH))}")
     if files.dofs is not None:
         raise InputError(f"{files.dofs}: given, but {files.stiffness} names nodes and directions itself")
-    if ending == ".full" and files.mass is not None:
-        raise InputError(f"{files.mass}: given, but a .full holds both matrices; remove geometry.mass")
-    return read_full(files.stiffness) if ending == ".full" else read_dmig(files.stiffness, mass, names)
-
-
-def _dofs(files: MatrixFiles, matrices: Given, model: Deck) -> np.ndarray:
-    """Return row of the model's node and direction of each degree of freedom, (N, 2)."""
-    size, count, source = matrices.K.shape[0], len(model.labels), files.dofs or files.stiffness
-    if matrices.dofs is None:
-        if size not in (3 * count, 6 * count):
-            raise InputError(
-                f"{files.stiffness}: has {size} rows, the {count} nodes of {files.model} have {3 * count} with three"
-                f" directions or {6 * count} with six; state node and direction of each row by geometry.dofs"
-            )
-        each = size // count
-        return np.column_stack([np.repeat(np.arange(count), each), np.tile(np.arange(each), count)])
-    dofs = matrices.dofs
-    if (wrong := dofs[(dofs[:, 1] < 0) | (dofs[:, 1] > 5)]).size:
-        raise InputError(f"{source}: node {wrong[0, 0]} has direction {wrong[0, 1] + 1}; allowed: 1 to 6")
-    rows = model.rows(dofs[:, 0], source)
-    _, indices, times = np.unique(dofs, axis=0, return_index=True, return_counts=True)
-    if (times > 1).any():
-        node, direction = dofs[indices[times > 1][0]]
-        raise InputError(f"{source}: node {node} direction {direction + 1} is given twice")
-    return np.column_stack([rows, dofs[:, 1]])
+    if ending in BULK:
+        return read_dmig(files.stiffness, mass, names)
+    if files.mass is not None:
+        raise InputError(f"{files.mass}: given, but {files.stiffness} holds both matrices; remove geometry.mass")
+    if ending in EXODUS:
+        return read_reduced(files.stiffness, names)
+    return read_sub(files.stiffness) if ending == ".sub" else read_full(files.stiffness)
 
 
 def _system(
@@ -141,21 +132,25 @@ def _system(
     """Return matrices in SI units on the nodes that are kept, these nodes, and elements by rows of the model.
 
     Rows without any entry, such as rotations of solids, are left out. Nodes without any row stay where an element
-    has them: they are held.
+    has them: they are held. Of a superelement no element stays: what is between its nodes is condensed.
     """
     alive = np.flatnonzero(np.abs(matrices.K).sum(axis=1) + np.abs(matrices.M).sum(axis=1))
     if not len(alive):
         raise InputError(f"{files.stiffness}: all entries are zero")
     dofs = dofs[alive]
-    blocks = [block._replace(nodes=model.rows(block.nodes, files.model)) for block in model.blocks]
-    rows = np.unique(np.concatenate([dofs[:, 0], *(block.nodes.ravel() for block in blocks)]))
+    generalised = dofs[:, 1] == GENERALISED
+    elements = () if generalised.any() or model.retained is not None else model.blocks
+    blocks = [block._replace(nodes=model.rows(block.nodes, files.model)) for block in elements]
+    rows = np.unique(np.concatenate([dofs[~generalised, 0], *(block.nodes.ravel() for block in blocks)]))
+    if not len(rows):
+        raise InputError(f"{files.stiffness}: has no row of a node; allowed: superelements with boundary nodes")
     _refuse_eliminated(files, model, dofs, blocks)
-    order = np.lexsort((dofs[:, 1], dofs[:, 0]))
+    order = np.lexsort((dofs[:, 1], dofs[:, 0], generalised))
     dofs, alive = dofs[order], alive[order]
-    # An entry between rotations has the unit of that between translations times one length for each rotation.
+    # An entry between rotations or generalised coordinates, which have no unit here, has one length more for each.
     scale = sparse.diags(np.where(dofs[:, 1] > 2, files.unit, 1.0) * np.sqrt(files.mass_unit))
     K, M = (sparse.csr_matrix(scale @ A[alive][:, alive] @ scale) for A in (matrices.K, matrices.M))
-    nodes = np.searchsorted(rows, dofs[:, 0])
+    nodes = np.where(dofs[:, 1] == GENERALISED, 0, np.searchsorted(rows, dofs[:, 0]))
     return SystemMatrices(nodes, dofs[:, 1], model.labels[rows], upper_triangle(K), upper_triangle(M)), rows, blocks
 
 
@@ -178,7 +173,8 @@ def _surfaces(
     """Return the named sets as curved facets of tet10, or as nodes with areas and normals."""
     facets, surfaces = boundary(blocks), {}
     shapes = files.surfaces
-    sets = {name: new_row[model.rows(labels, files.model)] for name, labels in model.node_sets.items()}
+    sets = {} if blocks else _nodes_by_name(model.labels[new_row >= 0], new_row[new_row >= 0])
+    sets |= {name: new_row[model.rows(labels, files.model)] for name, labels in model.node_sets.items()}
     for name, nodes in (sets | {name: np.empty(0, int) for name in model.side_sets}).items():
         if name in model.side_sets:
             sides = model.side_sets[name] @ [10, 1]
@@ -196,6 +192,12 @@ def _surfaces(
     for name, shape in shapes.items():
         _check_shape(files, name, points[np.unique(surfaces[name].facets)], shape)
     return surfaces
+
+
+def _nodes_by_name(labels: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the sets of nodes without elements, as superelements have: all of them, and each where they are few."""
+    each = {f"node_{label}": rows[k : k + 1] for k, label in enumerate(labels.tolist())}
+    return {BOUNDARY: rows, **(each if len(rows) <= MOST_NAMED else {})}
 
 
 def _surface(

@@ -25,6 +25,7 @@ from gudgeon.pipeline.geometry.decks.model import (
 from gudgeon.pipeline.geometry.decks.nastran.bulk import Card, read_cards
 from gudgeon.pipeline.geometry.decks.nastran.grids import Grids
 from gudgeon.pipeline.geometry.decks.nastran.masses import mass_factor, read_masses
+from gudgeon.pipeline.geometry.decks.nastran.retained import with_retained
 from gudgeon.pipeline.geometry.decks.nastran.rigid import rigid_elements
 from gudgeon.pipeline.geometry.decks.nastran.sums import read_sums
 
@@ -93,12 +94,13 @@ def read_nastran(path: str, scope: Scope) -> Deck:
     masses, sums = read_masses(by_name, grids), read_sums(by_name, grids)
     dependent = [n for name in coupled if name.startswith("rbe2") for n in coupled[name]]
     node_sets |= {name: np.intersect1d(np.array(m, np.int64), labels) for name, m in coupled.items()}
-    return deck_of(
+    deck = deck_of(
         labels, points, blocks, path, node_sets=node_sets, element_sets=element_sets, couplings=couplings,
         links=links, masses=masses, sums=sums, directions=directions, dependent=np.array(dependent, np.int64),
         materials=_materials(by_name), sections=_sections(by_name, grids),
         omissions=_omissions(by_name, {item.source for item in (*couplings, *links, *masses, *sums)}),
     )  # fmt: skip
+    return with_retained(deck, by_name)
 
 
 def _elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Block], dict[int, list[int]]]:
