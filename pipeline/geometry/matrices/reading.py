@@ -17,7 +17,7 @@ from gudgeon.pipeline.geometry.matrices.ansys import read_full, read_sub
 from gudgeon.pipeline.geometry.matrices.exodus import read_reduced
 from gudgeon.pipeline.geometry.matrices.model import Given, MatrixFiles
 from gudgeon.pipeline.geometry.matrices.nastran import read_dmig, read_op4
-from gudgeon.pipeline.geometry.matrices.rows import matrix_rows, to_basic_axes
+from gudgeon.pipeline.geometry.matrices.rows import centre_of_mass, matrix_rows, to_basic_axes
 from gudgeon.pipeline.geometry.matrices.skin import boundary, nodal_areas
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_text_matrices
 from gudgeon.pipeline.geometry.shape_fit import fit_shape
@@ -56,7 +56,8 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     inside_out, cell = sum(count for _, count in turned), _common_cell(blocks)
     remarks = {"notes": [righted_note(inside_out, sum(len(b.nodes) for b in blocks))]} if inside_out else {}
     cells = np.concatenate([b.nodes for b in blocks]) if cell.dimension else np.arange(len(points))[:, None]
-    surfaces = _surfaces(files, model, points, new_row, blocks, cell)
+    centre = points.mean(axis=0) if blocks else centre_of_mass(system, points)
+    surfaces = _surfaces(files, model, (points, centre), new_row, blocks, cell)
     return MeshRecord(points, cells, cell.name, surfaces, system=system, remarks=remarks)
 
 
@@ -95,7 +96,8 @@ def surfaces_of(path: str, model: Deck, unit: float) -> dict[str, Surface]:
     )  # fmt: skip
     blocks = [block._replace(nodes=model.rows(block.nodes, path)) for block in model.blocks]
     rows = np.arange(len(model.labels))
-    return _surfaces(files, model, unit * model.points, rows, blocks, _common_cell(blocks))
+    points = unit * model.points
+    return _surfaces(files, model, (points, points.mean(axis=0)), rows, blocks, _common_cell(blocks))
 
 
 def _common_cell(blocks: list[Block]) -> Cell:
@@ -168,9 +170,19 @@ def _refuse_eliminated(files: MatrixFiles, model: Deck, dofs: np.ndarray, blocks
 
 
 def _surfaces(
-    files: MatrixFiles, model: Deck, points: np.ndarray, new_row: np.ndarray, blocks: list[Block], cell: Cell
+    files: MatrixFiles,
+    model: Deck,
+    body: tuple[np.ndarray, np.ndarray],
+    new_row: np.ndarray,
+    blocks: list[Block],
+    cell: Cell,
 ) -> dict[str, Surface]:
-    """Return the named sets as curved facets of tet10, or as nodes with areas and normals."""
+    """Return the named sets as curved facets of tet10, or as nodes with areas and normals.
+
+    Args:
+        body: Its nodes [m], (n, 3), and a point that its outward normals point away from [m], (3,).
+    """
+    points = body[0]
     facets, surfaces = boundary(blocks), {}
     shapes = files.surfaces
     sets = {} if blocks else _nodes_by_name(model.labels[new_row >= 0], new_row[new_row >= 0])
@@ -184,7 +196,7 @@ def _surfaces(
             nodes = np.unique(nodes[nodes >= 0])
             chosen = [some.nodes[np.isin(some.nodes, nodes).all(axis=1)] for some in facets]
         if len(nodes):
-            surfaces[name] = _surface(files, points, nodes, chosen, cell, shapes.get(name, {}))
+            surfaces[name] = _surface(body, nodes, chosen, cell, shapes.get(name, {}))
     if missing := shapes.keys() - surfaces.keys():
         have = ", ".join(sorted(surfaces)) or "none"
         raise InputError(f"{files.model}: has no set '{min(missing)}', of which geometry.surfaces states the shape;"
@@ -201,8 +213,9 @@ def _nodes_by_name(labels: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray
 
 
 def _surface(
-    files: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
+    body: tuple[np.ndarray, np.ndarray], nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
 ) -> Surface:
+    points, _ = body
     if cell is TETRA10 and sum(map(len, facets)):
         triangles = np.concatenate(facets)
         a, b, c = np.moveaxis(points[triangles[:, :3]], 1, 0)
@@ -214,7 +227,7 @@ def _surface(
     sizes = np.linalg.norm(vectors[nodes], axis=1)
     bearing = (areas[nodes] > ZERO_AREA * areas[nodes].max(initial=0.0)) & (sizes > 0)
     if not bearing.any():
-        return _loose(points, nodes, shape)
+        return _loose(*body, nodes, shape)
     normals = np.zeros((len(nodes), 3))
     normals[bearing] = vectors[nodes][bearing] / sizes[bearing, None]
     shape = shape or fit_shape(points[nodes[bearing]], normals[bearing]).shape
@@ -230,12 +243,13 @@ def _check_shape(files: MatrixFiles, name: str, nodes: np.ndarray, shape: Surfac
         )
 
 
-def _loose(points: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface:
+def _loose(points: np.ndarray, middle: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface:
     """Return a set of nodes that bounds no element: equal shares of the area that it spans, of 1 m² if it spans none.
 
-    Normals point away from the middle of all nodes: those of its plane, or of the shape that is declared.
+    Normals point away from the middle of the body: those of its plane, or of the shape that is declared. They are
+    unknown where a plane contains the middle, or all nodes are on a cylinder.
     """
-    positions, middle = points[nodes], points.mean(axis=0)
+    positions = points[nodes]
     centred = positions - positions.mean(axis=0)
     _, spread, axes = np.linalg.svd(np.concatenate([centred, np.zeros((3, 3))]), full_matrices=False)
     flat = spread[2] <= 1e-6 * spread[1]
@@ -246,15 +260,22 @@ def _loose(points: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface
         except QhullError:
             area = 1.0
         if flat and not shape:
-            side = np.sign((positions.mean(axis=0) - middle) @ axes[2]) or 1.0
-            normals = np.broadcast_to(side * axes[2], positions.shape).copy()
+            normals = _away(positions, middle, axes[2])
     if shape.get("kind") == "plane":
-        normals = true_surface(positions, positions - middle, shape)[1]
-    elif shape:
+        normals = _away(positions, middle, np.asarray(shape["normal"], float))
+    elif shape and abs(float(np.mean(cylindrical(points, shape)[0])) / shape["radius"] - 1) > OFF_SHAPE:
         outside = float(np.mean(cylindrical(points, shape)[0])) > shape["radius"]
         away = positions - np.asarray(shape["origin"])
         normals = true_surface(positions, -away if outside else away, shape)[1]
     return Surface(nodes[:, None], shape, np.full(len(nodes), area / len(nodes)), normals)
+
+
+def _away(positions: np.ndarray, middle: np.ndarray, normal: np.ndarray) -> np.ndarray | None:
+    """Return the normals of a plane (k, 3) on the side away from a point; None where it contains the point."""
+    height = float((positions.mean(axis=0) - middle) @ normal)
+    if abs(height) <= OFF_SHAPE * float(np.linalg.norm(normal)) * float(np.abs(positions - middle).max()):
+        return None
+    return np.broadcast_to(np.sign(height) * normal / np.linalg.norm(normal), positions.shape).copy()
 
 
 def upper_triangle(A: sparse.csr_matrix) -> Triangle:

@@ -5,11 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import sparse
 
-from gudgeon.modaldb.records.mesh import GENERALISED
+from gudgeon.modaldb.records.mesh import GENERALISED, SystemMatrices
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.model import SCALAR, Deck
 from gudgeon.pipeline.geometry.matrices.model import Given, MatrixFiles
 
+TRANSLATIONS = 3
 TRIPLES = (slice(0, 3), slice(3, 6))
 """Directions that turn together: translations, rotations."""
 
@@ -57,6 +58,23 @@ def _stated_rows(files: MatrixFiles, size: int, model: Deck) -> np.ndarray:
         f" {3 * count + len(scalars)} with three directions or {6 * count + len(scalars)} with six{retained}; state"
         " node and direction of each row by geometry.dofs"
     )
+
+
+def centre_of_mass(system: SystemMatrices, points: np.ndarray) -> np.ndarray:
+    """Return the centre of mass of matrices by their rigid motions [m], (3,); `points` are the nodes [m], (n, 3)."""
+    turns, motions = system.directions - TRANSLATIONS, np.zeros((len(system.nodes), 6))
+    for axis, unit in enumerate(np.eye(3)):
+        motions[system.directions == axis, axis] = 1.0
+        shifts = np.cross(unit, points)
+        moved = system.directions < TRANSLATIONS
+        motions[moved, 3 + axis] = shifts[system.nodes[moved], system.directions[moved]]
+        motions[turns == axis, 3 + axis] = 1.0
+    half = system.mass
+    upper = sparse.csr_matrix((half.values, (half.rows, half.columns)), shape=(len(turns), len(turns)))
+    inertia = motions.T @ (upper @ motions)
+    inertia += inertia.T - motions.T @ (upper.diagonal()[:, None] * motions)
+    lever, mass = inertia[3:, :3], inertia.diagonal()[:3].max()
+    return np.array([lever[1, 2] - lever[2, 1], lever[2, 0] - lever[0, 2], lever[0, 1] - lever[1, 0]]) / (-2 * mass)
 
 
 def to_basic_axes(files: MatrixFiles, matrices: Given, dofs: np.ndarray, model: Deck) -> Given:
