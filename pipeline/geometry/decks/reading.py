@@ -12,6 +12,7 @@ from gudgeon.pipeline.geometry.decks.by_meshio import read_by_meshio
 from gudgeon.pipeline.geometry.decks.exodus import read_exodus
 from gudgeon.pipeline.geometry.decks.model import Deck, Scope
 from gudgeon.pipeline.geometry.decks.nastran.deck import read_nastran
+from gudgeon.pipeline.geometry.decks.separate import of_elements
 from gudgeon.pipeline.geometry.decks.unv import read_unv
 
 READABLE = (
@@ -52,8 +53,11 @@ def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file; {READABLE}")
     ending = Path(path).suffix.lower()
-    if scope != WHOLE and ending not in BODIES:
-        raise InputError(f"{path}: geometry.part or geometry.instance given; allowed: with {', '.join(BODIES)}")
+    if ending not in BODIES:
+        if scope.instance is not None:
+            raise InputError(f"{path}: geometry.instance given; allowed: with {', '.join(BODIES)}")
+        if scope.part_name is not None:
+            return of_elements(read_deck(path), scope.part_name, path)
     reader = _reader(path, ending)
     try:
         return reader(path, scope)
