@@ -26,6 +26,7 @@ FULL = 0.5
 """Share of entries of a matrix from which it counts as full."""
 RESTING = 1e-9
 """Share of a motion at the degrees of freedom that are held, below which it leaves them at rest."""
+UNFIT = "the order of the rows, the nodes, their directions or geometry.unit do not fit the matrices"
 NAMES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 
 
@@ -51,9 +52,14 @@ def given_model(mesh: MeshRecord, key: str) -> FEModel:
     constrained[dofs] = False
     motions = _unit_motions(mesh.nodes, each, size)
     properties = _properties(motions.T @ (M @ motions), bool(constrained.any()))
-    twists = solid_twists(properties)
     if constrained.any():
         twists = _resting_twists(mesh, M, constrained, each, properties.centre)
+    elif (least := float(np.linalg.eigvalsh(properties.inertia)[0])) > 0:
+        twists = solid_twists(properties)
+    else:
+        raise InputError(
+            f"{key}.geometry: the mass has the moment of inertia {least:.2g} kg m^2 about an axis; {UNFIT}"
+        )
     # Dofs that are held have a stiffness, as those that a support holds, so that no row is empty.
     K = sparse.csr_matrix(K + sparse.diags(np.where(constrained, K.diagonal().mean(), 0.0)))
     axes = np.vstack([np.eye(3), np.zeros((3, 3))]) if each == 6 else np.eye(3)
@@ -173,8 +179,7 @@ def _refuse_strained(model: FEModel, dofs: np.ndarray, key: str) -> None:
         row = int(np.argmax(dofs == dof))
         raise InputError(
             f"{key}.geometry: {_dof(model.mesh, row)} takes {worst:.2g} of its stiffness in a rigid motion, allowed:"
-            f" {IN_KERNEL:g}; the order of the rows, the nodes or geometry.unit do not fit the matrices, or the body is"
-            " held by springs or by penalties"
+            f" {IN_KERNEL:g}; {UNFIT}, or the body is held by springs or by penalties"
         )
 
 

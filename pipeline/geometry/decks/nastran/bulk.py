@@ -20,7 +20,7 @@ WIDTH, WIDE = 8, 16
 """Columns of a small and of a large field."""
 FIELDS = 8
 """Small fields of a line between its name and its continuation."""
-NAME = re.compile(r"[A-Z][A-Z0-9]*\*?$")
+NAME = re.compile(r"[A-Z][A-Z0-9]* *\*?$")
 REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[EeDd]?([+-]\d+)|[EeDd](\d+))?$")
 BEGIN = re.compile(r"\s*BEGIN\b", re.IGNORECASE)
 INCLUDE = re.compile(r"\s*INCLUDE\b", re.IGNORECASE)
@@ -202,7 +202,7 @@ def _split(text: str, source: Source) -> _Line:
     if not NAME.match(head):
         text_of_fault = "replicated cards are not read" if head[0] == "=" else "expected the name of a card"
         raise source.error(f"{text[:SHOWN].strip()!r}: {text_of_fault}; allowed: bulk data of Nastran with GRID cards")
-    return _Line(head.rstrip("*"), "", fields, tail, source)
+    return _Line(head.rstrip("* "), "", fields, tail, source)
 
 
 def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Source | None) -> Iterator[tuple[str, Source]]:
