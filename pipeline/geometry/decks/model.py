@@ -279,6 +279,10 @@ def deck_of(
     """
     order = np.argsort(labels, kind="stable")
     labels, points = labels[order], points[order]
+    again = (np.diff(labels) == 0) & (np.diff(points, axis=0) == 0).all(axis=1)
+    if again.any():  # A node may be stated twice at one place.
+        once = np.concatenate([[True], ~again])
+        labels, points = labels[once], points[once]
     _check_nodes(labels, points, path)
     deck = Deck(
         labels=labels, points=points, blocks=_joined(blocks), omissions=tuple(omissions),

@@ -57,7 +57,7 @@ class Lines:
 
     def __init__(self, path: str) -> None:
         try:
-            text = Path(path).read_text(errors="replace")
+            text = Path(path).read_text("utf-8-sig", errors="replace")
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}; allowed: an archive of CDWRITE") from None
         self.path, self.line_number, self._lines = path, 0, text.splitlines()
@@ -136,6 +136,8 @@ class _Archive:
                 self._add_option(words[1:4])
             elif keyword == "RLBLOCK":
                 self._read_constants()
+            elif keyword in ("R", "RMORE"):
+                self._add_constants(keyword, words[1:])
             elif keyword == "NBLOCK":
                 self._read_nodes()
             elif keyword == "EBLOCK":
@@ -166,6 +168,17 @@ class _Archive:
     def _add_option(self, words: list[str]) -> None:
         if len(words) == 3 and all(word.isdecimal() for word in words):
             self._options[int(words[0]), int(words[1])] = int(words[2])
+
+    def _add_constants(self, keyword: str, words: list[str]) -> None:
+        """Read a set of real constants as a command: its number and six values, or six more of the last one."""
+        try:
+            if keyword == "R":
+                self._constants[int(words[0])] = [float(word or 0) for word in words[1:7]]
+            elif self._constants:
+                last = self._constants[next(reversed(self._constants))]
+                last += [0.0] * (-len(last) % 6) + [float(word or 0) for word in words[:6]]
+        except (ValueError, IndexError):
+            raise self.lines.source.error(f"{keyword},{','.join(words)[:40]}: expected real constants") from None
 
     def _omit(self, keyword: str, text: str, *, alters: bool = True) -> None:
         self.omissions.setdefault(keyword, Omission(keyword, self.lines.source, text, alters))
@@ -212,6 +225,7 @@ class _Archive:
         numbers, points = [], []
         for line in self.lines:
             if not line[:width].strip().isdigit():
+                self.lines.line_number -= 1  # The end of the block, or a command that follows it.
                 break
             fields = [line[start + k * real : start + (k + 1) * real].strip() for k in range(3)]
             try:
