@@ -9,7 +9,7 @@ from gudgeon.solver.scene.scene import Scene
 from tests.solver.features import CONTRADICTIONS, FEATURES, draft_of
 
 PAGE = Path(__file__).resolve().parents[1] / "features.md"
-LETTERS = {"event": "E", "implicit": "I"}
+LETTERS = {"event": "E", "small": "S"}
 """Of bodies that turn by small angles; those of mechanisms are in docs/mechanisms.md."""
 HEAD = """# Features of a scene, each with each other
 
