@@ -33,6 +33,7 @@ from gudgeon.solver.simulate import start as begin
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
 from tests.benchmarks.exudyn_rods import Setup, reduced, rod_of, strike
+from tests.benchmarks.exudyn_small import small, strike_small
 
 ROOT = Path(__file__).parents[2]
 SCENE = ROOT / "data" / "rods-3d"
@@ -93,6 +94,13 @@ def rows(folder: Path) -> list[Row]:
         longer = [run(replace(setup, stiffness=best.stiffness, step=step)) for step in STEPS]
         found += swept + longer
         if basis == "ours":
+            bodies = small(rod, setup)
+            for step in (Setup.step, *STEPS):
+                small_setup = replace(setup, stiffness=best.stiffness or 0.0, step=step)
+                impact = strike_small(bodies, small_setup, speed=1.0, duration=duration)
+                cpu, impulse = impact.cpu_seconds / (1e3 * duration), float(np.trapezoid(impact.force, impact.times))
+                errors = judged(impact.times, impact.force, impulse)
+                found.append(Row("Exudyn, small motion", best.stiffness, step, cpu, *errors))
             found.append(ours(with_spring(folder, best.stiffness), "Gudgeon, the same spring", best.stiffness))
     return found
 
