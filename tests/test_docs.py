@@ -15,6 +15,7 @@ from docs.tools.command_cost import PAGE, Cost, cost, table, written
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.solver.result import Result
 from tests.test_layers import FLOORS
 from tests.test_readme import blocks
 
@@ -99,6 +100,21 @@ def test_notebooks_run(name: str, place: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_notebooks_are_written(name: str) -> None:
     path = notebooks.FOLDER / f"{name}.ipynb"
     assert path.read_text(encoding="utf-8") == notebooks.notebook(name), "run python -m docs.tools.notebooks"
+
+
+def test_messages_of_the_troubleshooting_page_are_printed() -> None:
+    """Each result has a row, and each quoted line is in the sources."""
+    page = (ROOT / "docs/troubleshooting.md").read_text(encoding="utf-8")
+    ended, _, others = page.partition("## A note under")
+    assert set(re.findall(r"^\| `(\w+)` \|", ended, re.MULTILINE)) == {
+        result.name for result in Result if result not in (Result.FINISHED, Result.STOPPED)
+    }
+    folders = (ROOT / name for name in ("pipeline", "solver", "modaldb"))
+    sources = "".join(path.read_text(encoding="utf-8") for folder in folders for path in folder.rglob("*.py"))
+    joined = re.sub(r'"\s*\n\s*f?"', "", sources)
+    quoted = re.findall(r"^\| `([^`]+)`", others, re.MULTILINE)
+    assert len(quoted) > 15
+    assert [line for line in quoted if any(words.strip(" ,;") not in joined for words in line.split("…"))] == []
 
 
 def test_lists_are_those_of_the_sources() -> None:

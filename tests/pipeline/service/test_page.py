@@ -200,7 +200,7 @@ def test_a_run_and_where_it_came_from(page: Any) -> None:
     page.select_option("#film-colour", "stress")
     until(page, "document.querySelector('#record').textContent.includes('Pa, von Mises')")
     assert re.search(r"0 to [\d.]+ [kM]Pa, von Mises", page.inner_text("#record"))
-    chart = page.inner_text("svg[aria-label='contact forces']")
+    chart = page.text_content("svg[aria-label='contact forces']")
     assert re.search(r"time \[[mµ]s\]", chart), chart
     page.locator("svg .node:has-text('scene')").click()
     until(page, "document.querySelector('#search input[name=scene]').value === 'skirt'")
