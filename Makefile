@@ -111,6 +111,7 @@ docs: setup ## build the site of the documents, out/site
 	$(BIN)/python -m docs.tools.scene_reference
 	$(BIN)/python -m docs.tools.api
 	$(BIN)/python -m docs.tools.gallery
+	$(BIN)/python -m docs.tools.commands
 	$(BIN)/python -m docs.tools.notebooks
 	$(BIN)/python -m docs.tools.theory_figures
 	@$(has_docs) || $(BIN)/python -m pip install -q $(DOCS)

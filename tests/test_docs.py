@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 
 import gudgeon
-from docs.tools import api, gallery, house, notebooks
+from docs.tools import api, commands, gallery, house, notebooks
 from docs.tools.command_cost import PAGE, Cost, cost, table, written
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver.result import Result
+from tests.pipeline.browser import chromium
 from tests.test_layers import FLOORS
 from tests.test_readme import blocks
 
@@ -118,6 +119,7 @@ def test_messages_of_the_troubleshooting_page_are_printed() -> None:
 
 
 def test_lists_are_those_of_the_sources() -> None:
+    assert commands.PAGE.read_text(encoding="utf-8") == commands.page(), "run python -m docs.tools.commands"
     assert gallery.PAGE.read_text(encoding="utf-8") == gallery.page(), "run python -m docs.tools.gallery"
     assert (notebooks.FOLDER / "README.md").read_text(encoding="utf-8") == notebooks.listing()
 
@@ -135,6 +137,29 @@ def test_the_python_interface_is_that_of_the_sources() -> None:
         "Job.record(component: str, kind: str = 'modes')",
     ):
         assert shown in text, shown
+
+
+def test_a_worker_of_the_site_runs_where_pages_are_opened_as_files(tmp_path: Path) -> None:
+    """As the search's worker does: it loads scripts, takes messages and answers them."""
+    shutil.copy(ROOT / "docs/iframe-worker.js", tmp_path)
+    (tmp_path / "twice.js").write_text("self.twice = (number) => 2 * number;")
+    (tmp_path / "worker.js").write_text(
+        'addEventListener("message", async (event) => {'
+        ' await importScripts("twice.js"); postMessage(twice(event.data)); });'
+    )
+    (tmp_path / "page.html").write_text('<script src="iframe-worker.js"></script><body></body>')
+    with chromium() as browser:
+        page = browser.new_page()
+        page.goto((tmp_path / "page.html").as_uri())
+        answer = page.evaluate(
+            """() => new Promise((done) => {
+                const worker = new Worker(new URL("worker.js", location));
+                worker.addEventListener("message", (event) => done(event.data));
+                worker.postMessage(21);
+            })"""
+        )
+    assert answer == 42
+    assert "iframe-worker.js" in (ROOT / ".mkdocs.yml").read_text(encoding="utf-8")
 
 
 def test_the_map_of_the_house_has_its_floors() -> None:

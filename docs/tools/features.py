@@ -13,19 +13,19 @@ SMALL_MOTION = ("event", "implicit")
 """Of bodies that turn by small angles; those of mechanisms are in docs/mechanisms.md."""
 HEAD = """# What goes with what
 
-Bodies that turn by small angles have {parts} features below. **Any two of them go together in one scene**, with {count}
-exceptions:
+Bodies that turn by small angles have {parts} features below. **Any two of them go together in one scene**, with
+{count} exceptions:
 
 {exceptions}
 
-An integrator carries a scene if it carries each of its features; `run.integrator = "auto"` takes the cheaper of those that
-do, and `gudgeon plan SCENE` prints which. `event` moves exactly between located events, `implicit` by steps. What bodies
-have that turn by any angle is in [mechanisms](mechanisms.md).
+An integrator carries a scene if it carries each of its features; `run.integrator = "auto"` takes the cheaper of those
+that do, and `gudgeon plan SCENE` prints which. `event` moves exactly between located events, `implicit` by steps.
+What bodies have that turn by any angle is in [mechanisms](mechanisms.md).
 
 {tables}
-All {pairs} pairs run in `tests/contracts/test_pairs.py`; `python -m docs.tools.features` writes this page from them and
-ends with an error where a pair does not follow these rules. Where a scene needs what a feature does not have (such as friction
-of an elastic body whose interface has no tangential rows), one line names the key.
+All {pairs} pairs run in `tests/contracts/test_pairs.py`; `python -m docs.tools.features` writes this page from them,
+and ends with an error where a pair does not follow these rules. Where a scene needs what a feature does not have (such
+as friction of an elastic body whose interface has no tangential rows), one line names the key.
 """
 TABLES: dict[str, dict[str, tuple[str, str]]] = {
     "Contacts": {
@@ -87,7 +87,7 @@ def page() -> str:
         if carriers(frozenset({name, other})) != carried[name] & carried[other]:
             raise ValueError(f"{name} and {other}: {carriers(frozenset({name, other}))} carry both")
     exceptions = [
-        f"- {' and '.join(sorted((named[name] for name in pair)))}: {reason}" for pair, reason in CONTRADICTIONS.items()
+        f"- {' and '.join(sorted(named[name] for name in pair))}: {reason}" for pair, reason in CONTRADICTIONS.items()
     ]
     return HEAD.format(
         parts=len(FEATURES), count=len(CONTRADICTIONS), exceptions="\n".join(sorted(exceptions)), pairs=len(pairs),
