@@ -21,7 +21,14 @@ from tests.test_layers import FLOORS
 from tests.test_readme import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
+PAGES = (
+    "README.md",
+    *sorted(
+        path.relative_to(ROOT).as_posix()
+        for folder in ("docs", "docs/tutorials")
+        for path in (ROOT / folder).glob("*.md")
+    ),
+)
 SCENES_USED = ("hertz", "rod-wall", "two-mass", "held-ball")
 HOW_TO = "docs/how-to.md"
 DECK_PAGE = "docs/abaqus-deck.md"
