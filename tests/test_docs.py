@@ -1,5 +1,6 @@
 """Snippets and notebooks of the documents run as they stand there; generated pages are those of the sources."""
 
+import json
 import re
 import shlex
 import shutil
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 
 import gudgeon
-from docs.tools import api, commands, gallery, house, notebooks
+from docs.tools import api, commands, gallery, house, notebooks, tutorials, verification
 from docs.tools.command_cost import PAGE, Cost, cost, table, written
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.parser import build_parser
@@ -144,6 +145,43 @@ def test_the_python_interface_is_that_of_the_sources() -> None:
         "Job.record(component: str, kind: str = 'modes')",
     ):
         assert shown in text, shown
+
+
+def test_the_verification_manual_is_that_of_its_results() -> None:
+    """Every scene with a reference has a page, and a scene that is solved again has the value that is there."""
+    results = json.loads(verification.RESULTS.read_text(encoding="utf-8"))
+    assert results.keys() == verification.cases().keys()
+    pages = verification.manual(results)
+    assert len(pages) == len(results) + 1
+    assert {path.name for path in verification.FOLDER.glob("*.md")} == pages.keys()
+    for name, text in pages.items():
+        assert (verification.FOLDER / name).read_text(encoding="utf-8") == text, "make verification ARGS=--pages"
+
+
+def test_a_case_of_the_verification_manual(tmp_path: Path) -> None:
+    found = verification.solved(verification.cases()["two-mass"], tmp_path)["quantities"]
+    kept = json.loads(verification.RESULTS.read_text(encoding="utf-8"))["two-mass"]["quantities"]
+    assert {name: one["value"] for name, one in found.items()} == pytest.approx(
+        {name: one["value"] for name, one in kept.items()}, rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in tutorials.FOLDER.glob("*.md") if path.stem != "README"))
+def test_tutorials_have_outputs_and_pictures(name: str) -> None:
+    """Each block of output is filled, and each picture is there."""
+    text = (tutorials.FOLDER / f"{name}.md").read_text(encoding="utf-8")
+    outputs = [match["code"] for match in tutorials.PART.finditer(text) if match["language"] == "text"]
+    assert outputs
+    assert [output for output in outputs if not output.strip(" …\n")] == []
+    pictures = re.findall(r"\]\(([^)]+\.png)\)", text)
+    assert [picture for picture in pictures if not (tutorials.FOLDER / picture).is_file()] == []
+
+
+def test_outputs_of_a_tutorial_are_renewed(tmp_path: Path) -> None:
+    page = "```sh\necho 'one  2'; echo two; echo 'force_peak   3 N'\n```\n\n```text\n…\nforce_peak  1 N\n```\n"
+    assert "```text\n…\nforce_peak   3 N\n```" in tutorials.renewed(page, tmp_path)
+    with pytest.raises(SystemExit, match="no line that begins with 'impulse'"):
+        tutorials.renewed(page.replace("force_peak  1 N", "impulse  1"), tmp_path)
 
 
 def test_a_worker_of_the_site_runs_where_pages_are_opened_as_files(tmp_path: Path) -> None:

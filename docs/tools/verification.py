@@ -7,7 +7,9 @@ are kept in `docs/verification/results.json`; the pages follow from it, from the
 
 import argparse
 import json
+import re
 import tempfile
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +26,10 @@ HEAD = """# Verification manual
 
 Every scene whose answer is known by other means, solved as its file is. `make verification` solves all of them and
 writes this table and a page for each. The target is exact or computed to more digits than are shown; quantity and
-error are the worst of the case, whose page lists all. Tests that assert the errors, and more than the scene's own
-quantities, are in `tests/validation`; long ones in [validation](../validation.md).
+relative error are the worst of the case, whose page lists all. Tests that assert the errors, and more than the
+scene's own quantities, are in `tests/validation`; long ones in [validation](../validation.md).
 
-| case | source | what is tested | quantity | target | found | error | command |
+| case | what is tested | source | quantity | target | found | error | command |
 |---|---|---|---|---|---|---|---|
 """
 CASE = """# {id}: {title}
@@ -39,7 +41,7 @@ CASE = """# {id}: {title}
 | scene | [`{scene}`](../../{scene}) |
 | command | `gudgeon solve {command}` |
 | expected values | [`{file}`](../../{folder}/{file}) |
-| asserted by | {tests} |
+| tests | {tests} |
 | parameters | {parameters} |
 
 **Where the target comes from.** {derivation}
@@ -51,6 +53,10 @@ CASE = """# {id}: {title}
 {rows}
 {below}"""
 Json = dict[str, Any]
+GENERAL = ("test_plans.py", "test_turned_scenes.py")
+"""Tests of all scenes, whatever they are."""
+FREQUENCY = re.compile(r"(\w+)\.frequency(\d+)")
+"""Names of quantities that modes give, without a run."""
 
 
 def cases() -> dict[str, Path]:
@@ -65,7 +71,15 @@ def cases() -> dict[str, Path]:
 
 def solved(path: Path, folder: Path) -> Json:
     """Return the quantities of a scene that have a reference, with their estimated errors."""
-    report = run(path, db=folder / "db", out=folder / "out" / path.parent.name / path.stem, until="solve")
+    wanted = read_tables(path)["report"]["quantities"]
+    until = "modes" if all(FREQUENCY.fullmatch(name) for name in wanted) else "solve"
+    report = run(path, db=folder / "db", out=folder / "out" / path.parent.name / path.stem, until=until)
+    if until == "modes":
+        return {
+            "result": report.result,
+            "energy_drift": None,
+            "quantities": frequencies(path, wanted, report.frequencies),
+        }
     quantities = {}
     for name, quantity in report.quantities.items():
         if quantity.get("reference") is None:
@@ -75,6 +89,20 @@ def solved(path: Path, folder: Path) -> Json:
             "estimates": {source: size for source, size in parts.items() if size is not None}
         }
     return {"result": report.result, "energy_drift": report.energy_drift, "quantities": quantities}
+
+
+def frequencies(path: Path, wanted: dict[str, str], found: dict[str, list[Json]]) -> Json:
+    """Return the frequencies of components that have a reference, with the estimated error of their mesh."""
+    quantities = {}
+    for name, where in wanted.items():
+        component, number = FREQUENCY.fullmatch(name).groups()  # type: ignore[union-attr]
+        mode = found[component][int(number) - 1]
+        target = reduce(lambda node, key: node[int(key)] if isinstance(node, list) else node[key], where.split("/"),
+                        reference(path)["expected"])  # fmt: skip
+        target = target["value"] if isinstance(target, dict) else target
+        quantities[name] = {"value": mode["frequency"], "unit": "Hz", "reference": target,
+                            "estimates": {"mesh": mode["estimated_error"]}}  # fmt: skip
+    return quantities
 
 
 def estimate(estimates: dict[str, float], source: str, quantity: str) -> float | None:
@@ -87,6 +115,7 @@ def manual(results: dict[str, Json]) -> dict[str, str]:
     """Return the pages by file name."""
     pages, rows = {}, []
     for name, path in cases().items():
+        file = read_tables(path)["report"]["reference"]
         page = f"{name.replace('/', '-')}.md"
         if not results.get(name, {}).get("quantities"):
             continue
@@ -98,13 +127,13 @@ def manual(results: dict[str, Json]) -> dict[str, str]:
         title = cell(truth["title"])
         source = sentence(path.read_text(encoding="utf-8"))
         rows.append(
-            f"| [{name}]({page}) | {cell(truth.get('id', ''))} | {title} | `{worst}` |"
+            f"| [{name}]({page}) | {source or title} | {title} ({cell(truth.get('id', ''))}) | `{worst}` |"
             f" {' | '.join(row(quantities[worst])[:3])} | `gudgeon solve {command}` |\n"
         )
         pages[page] = CASE.format(
             id=name, title=title, sentence=source or title, scene=scene, command=command,
-            file=read_tables(path)["report"]["reference"], folder=path.parent.relative_to(ROOT).as_posix(),
-            tests=tests_of(name), parameters=parameters(truth.get("parameters", {})),
+            file=file, folder=path.parent.relative_to(ROOT).as_posix(),
+            tests=tests_of(name, file), parameters=parameters(truth.get("parameters", {})),
             derivation=prose(truth.get("derivation", truth.get("source", ""))),
             validation=f"**How that was checked.** {prose(truth['validation'])}\n\n" if truth.get("validation") else "",
             rows="".join(f"| `{n}` | {' | '.join(row(q))} |\n" for n, q in quantities.items()),
@@ -133,15 +162,16 @@ def relative(quantity: Json) -> float:
     return difference / abs(quantity["reference"]) if quantity["reference"] else difference
 
 
-def tests_of(name: str) -> str:
-    """Return links to the tests that name a scene."""
-    folder = name.partition("/")[0]
+def tests_of(name: str, file: str) -> str:
+    """Return links to the tests of a scene: those that name its file, its expected values, or their number."""
+    folder, _, stem = name.partition("/")
+    number = re.match(r"[A-Z]\d+(?=_)", file)
+    patterns = [re.escape(file), rf"{folder}/{stem or 'scene'}\b"] + ([rf"\b{number[0]}\b(?! norm)"] if number else [])
+    tests = re.compile("|".join(patterns))
     paths = sorted((ROOT / "tests/validation").rglob("test_*.py"))
-    named = [
-        path for path in paths if f'"{name}' in (text := path.read_text(encoding="utf-8")) or f'"{folder}/' in text
-    ]
+    named = [path for path in paths if path.name not in GENERAL and tests.search(path.read_text(encoding="utf-8"))]
     links = (f"[{path.name}](../../{path.relative_to(ROOT).as_posix()})" for path in named)
-    return ", ".join(links) or "this page"
+    return ", ".join(links) or "this page alone"
 
 
 def parameters(table: Json) -> str:
