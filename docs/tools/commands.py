@@ -8,8 +8,8 @@ from gudgeon.pipeline.cli.help.usage import GROUPS
 from gudgeon.pipeline.cli.parser import build_parser
 
 PAGE = Path(__file__).resolve().parents[1] / "commands.md"
-DATABASE = (("gudgeon db ls --kind modes", ""),)
-"""Example of `gudgeon db`, whose commands have theirs."""
+DATABASE = {"db": "gudgeon db ls --kind modes", "serve": "gudgeon serve"}
+"""Examples of commands whose own ones are elsewhere."""
 HEAD = """# Commands
 
 Written by `python -m docs.tools.commands`; `gudgeon COMMAND --help` has all options. A SCENE is a folder with
@@ -24,7 +24,8 @@ def page() -> str:
     helps = {action.dest: (action.help or "").replace("|", "/") for action in commands._get_subactions()}
     texts = [HEAD]
     for title, names in GROUPS.items():
-        rows = [f"| `{name}` | {helps[name]} | `{EXAMPLES.get(name, DATABASE)[0][0]}` |\n" for name in names]
+        examples = {name: DATABASE.get(name) or EXAMPLES[name][0][0] for name in names}
+        rows = [f"| `{name}` | {helps[name]} | `{examples[name]}` |\n" for name in names]
         texts.append(f"## {title.capitalize()}\n\n| command | what it does | example |\n|---|---|---|\n{''.join(rows)}")
     return "\n".join(texts)
 
