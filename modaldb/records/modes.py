@@ -304,11 +304,11 @@ class ModalRecord(Labelled):
     """Stiffness by the static stress of unit gravity along x, y, z on a body that supports hold [s²/m² of shapes], over
     shapes and rotations as `LoadModes.stress_stiffness`, (3, m + 3, m + 3); None without supports or gravity."""
     static_responses: StaticResponses | None = None
-    """Static responses to forces on interfaces; None for rigid bodies, without an interface of contact, and for elements
-    other than tet10."""
+    """Static responses to forces on interfaces; None for rigid bodies, without an interface of contact, and for
+    elements other than tet10."""
     swap: SwapModes | None = None
-    """Second basis of coordinates; None where all are one basis. Else each basis is orthonormal, but not all coordinates
-    together."""
+    """Second basis of coordinates; None where all are one basis. Else each basis is orthonormal, but not all
+    coordinates together."""
     tangential_spans: Json = field(default_factory=dict)
     """First and last + 1 tangential row in the residual flexibility of each interface that has them: t1 and t2 of its
     first point or traction, of its second, and so on."""

@@ -325,7 +325,8 @@ def test_dark(page: Any) -> None:
     page.wait_for_selector("svg[aria-label='contact forces'] path", timeout=SOON)
     contrast = """() => {
       const light = (colour) => {
-        const [r, g, b] = colour.match(/[\\d.]+/g).map((c) => (c / 255 <= 0.03928 ? c / 3294.6 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+        const linear = (c) => (c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+        const [r, g, b] = colour.match(/[\\d.]+/g).map((c) => linear(c / 255));
         return 0.2126 * r + 0.7152 * g + 0.0722 * b;
       };
       const ratio = (one, other) => (Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05);
