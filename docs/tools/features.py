@@ -9,7 +9,7 @@ from gudgeon.solver.scene.scene import Scene
 from tests.solver.features import CONTRADICTIONS, FEATURES, draft_of
 
 PAGE = Path(__file__).resolve().parents[1] / "features.md"
-SMALL_MOTION = ("event", "implicit")
+SMALL_MOTION = ("event", "small")
 """Of bodies that turn by small angles; those of mechanisms are in docs/mechanisms.md."""
 HEAD = """# What goes with what
 
@@ -19,7 +19,7 @@ Bodies that turn by small angles have {parts} features below. **Any two of them 
 {exceptions}
 
 An integrator carries a scene if it carries each of its features; `run.integrator = "auto"` takes the cheaper of those
-that do, and `gudgeon plan SCENE` prints which. `event` moves exactly between located events, `implicit` by steps.
+that do, and `gudgeon plan SCENE` prints which. `event` moves exactly between located events, `small` by steps.
 What bodies have that turn by any angle is in [mechanisms](mechanisms.md).
 
 {tables}

@@ -198,7 +198,7 @@ def plan(scene: Given, *, set: Sequence[str] | Mapping[str, Any] = (), db: str |
     >>> import gudgeon
     >>> plan = gudgeon.plan(gudgeon.example("rod-wall"))
     >>> plan["integrator"], plan["terms"][0]["body"]
-    ('implicit', 'rod')
+    ('small', 'rod')
     """
     job = open_job(scene, set=set, db=db)
     return job.kind.function(job.path, "plan")(job)
