@@ -167,7 +167,7 @@ def simulation(
     0.002
 
     Args:
-        scene: As of `open_job`, or a job, whose other arguments are then its own.
+        scene: File, mapping or model as `open_job` takes it, or a job, which has all other arguments already.
         step: [s]; default: run.step, or the integrator's own.
         restore: A checkpoint of the same scene with the same step, from which it continues.
 
