@@ -43,18 +43,27 @@ def of_elements(deck: Deck, name: str, path: str) -> Deck:
                          f" {_listed(dict.fromkeys([*_solid_sets(deck, solids), *bodies_of(deck)]))}")  # fmt: skip
     nodes, every = _nodes(blocks), _nodes(solids)
     side = _Side(deck, set(nodes.tolist()), set(np.setdiff1d(every, nodes).tolist()))
-    labels = np.concatenate([block.labels for block in blocks])
-    faces = [b._replace(labels=b.labels[on], nodes=b.nodes[on]) for b in deck.blocks if b.cell.dimension < 3
-             for on in [np.isin(b.nodes, nodes).all(axis=1)]]  # fmt: skip
-    sides = {key: rows[np.isin(rows[:, 0], labels)] for key, rows in deck.side_sets.items()}
     # Masses come last: they follow the points that couplings and links of the body lead.
     couplings, links, ties = side.kept(deck.couplings), side.kept(deck.links), side.kept(deck.ties)
     sums, masses = side.kept(deck.sums), side.kept(deck.masses)
     return replace(
-        deck, blocks=(*blocks, *(b for b in faces if len(b.labels))), couplings=couplings, links=links, ties=ties,
-        sums=sums, masses=masses, omissions=(*deck.omissions, *side.joining),
-        side_sets={key: rows for key, rows in sides.items() if len(rows)},
+        deck, blocks=(*blocks, *_faces(deck, nodes)), couplings=couplings, links=links, ties=ties, sums=sums,
+        masses=masses, omissions=(*deck.omissions, *side.joining), side_sets=_side_sets(deck, blocks),
     )  # fmt: skip
+
+
+def _faces(deck: Deck, nodes: np.ndarray) -> list[Block]:
+    """Return the faces and lines of a deck whose nodes are all among some, by type."""
+    others = [block for block in deck.blocks if block.cell.dimension < 3]
+    chosen = [_members(block, block.labels[np.isin(block.nodes, nodes).all(axis=1)]) for block in others]
+    return [block for block in chosen if len(block.labels)]
+
+
+def _side_sets(deck: Deck, blocks: Sequence[Block]) -> dict[str, np.ndarray]:
+    """Return the sets of faces of some elements that are not empty."""
+    labels = np.concatenate([block.labels for block in blocks])
+    sides = {key: rows[np.isin(rows[:, 0], labels)] for key, rows in deck.side_sets.items()}
+    return {key: rows for key, rows in sides.items() if len(rows)}
 
 
 def bodies_of(deck: Deck) -> list[str]:
