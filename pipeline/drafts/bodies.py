@@ -79,8 +79,9 @@ def scene_text(title: str, summary: Sequence[str], bodies: Sequence[Placed]) -> 
         lines += ["", f"[component.{name}]"]
         lines += [f"material = {solid.material}"] if solid.material else []
         lines += [solid.mesh] if solid.mesh else []
-        count = MODES if solid.mesh else min(MODES, 3 * len(solid.points) - BESIDE)
-        lines += [f"modes = {{ normal_count = {count} }}  # elastic modes; R adds what is left out of them"]
+        lines += [
+            f"modes = {{ normal_count = {_mode_count(solid)} }}  # elastic modes; R adds what is left out of them"
+        ]
         lines += ["", f"[component.{name}.geometry]", *solid.geometry]
         for surface in dict.fromkeys(s for body, s in meeting.items() if body.solid.name == name):
             lines += ["", f"[component.{name}.interface.{_interface_name(surface)}]", f"surface = {text(surface)}"]
@@ -99,6 +100,11 @@ def scene_text(title: str, summary: Sequence[str], bodies: Sequence[Placed]) -> 
         ]
     lines += ["", "[run]", f"duration = {duration:.2g}  # [s]", ""]
     return "\n".join(aligned(line) for line in lines)
+
+
+def _mode_count(solid: Solid) -> int:
+    """Return how many modes a component has: fewer than others where its mesh is small."""
+    return MODES if solid.mesh else min(MODES, 3 * len(solid.points) - BESIDE)
 
 
 def _throw(bodies: Sequence[Placed]) -> tuple[np.ndarray, float]:

@@ -49,8 +49,8 @@ def write_deck_draft(file: str, unit: float | None, folder: Path | None) -> tupl
         try:
             solids[""], notes = _solid(file, "", unit)
         except InputError:
-            whole = MeshFile.model_validate({"kind": "file", "path": file}).deck()
-            instances = {name: (name, Axes()) for name in bodies_of(whole)}
+            deck = MeshFile.model_validate({"kind": "file", "path": file}).deck()
+            instances = {name: (name, Axes()) for name in bodies_of(deck)}
             if not instances:
                 raise
     for part_name in dict.fromkeys(name for name, _ in instances.values()):

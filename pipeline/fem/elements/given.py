@@ -54,11 +54,11 @@ def given_model(mesh: MeshRecord, key: str) -> FEModel:
     properties = _properties(motions.T @ (M @ motions), bool(constrained.any()))
     if constrained.any():
         twists = _resting_twists(mesh, M, constrained, each, properties.centre)
-    elif (least := float(np.linalg.eigvalsh(properties.inertia)[0])) > 0:
+    elif (smallest_moment := float(np.linalg.eigvalsh(properties.inertia)[0])) > 0:
         twists = solid_twists(properties)
     else:
         raise InputError(
-            f"{key}.geometry: the mass has the moment of inertia {least:.2g} kg m^2 about an axis; {UNFIT}"
+            f"{key}.geometry: the mass has the moment of inertia {smallest_moment:.2g} kg m^2 about an axis; {UNFIT}"
         )
     # Dofs that are held have a stiffness, as those that a support holds, so that no row is empty.
     K = sparse.csr_matrix(K + sparse.diags(np.where(constrained, K.diagonal().mean(), 0.0)))

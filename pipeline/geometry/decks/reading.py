@@ -44,6 +44,13 @@ def _reader(path: str, ending: str) -> Reader:
     return FAMILIES.get(ending, read_by_meshio)
 
 
+def _of_set(path: str, scope: Scope) -> Deck:
+    """Return one of several bodies of a file without parts."""
+    if scope.part_name is None:
+        raise InputError(f"{path}: geometry.instance given; allowed: with {', '.join(BODIES)}")
+    return of_elements(read_deck(path), scope.part_name, path)
+
+
 def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     """Return what a file says.
 
@@ -53,11 +60,8 @@ def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file; {READABLE}")
     ending = Path(path).suffix.lower()
-    if ending not in BODIES:
-        if scope.instance is not None:
-            raise InputError(f"{path}: geometry.instance given; allowed: with {', '.join(BODIES)}")
-        if scope.part_name is not None:
-            return of_elements(read_deck(path), scope.part_name, path)
+    if scope != WHOLE and ending not in BODIES:
+        return _of_set(path, scope)
     reader = _reader(path, ending)
     try:
         return reader(path, scope)

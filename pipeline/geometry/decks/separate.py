@@ -43,18 +43,27 @@ def of_elements(deck: Deck, name: str, path: str) -> Deck:
                          f" {_listed(dict.fromkeys([*_solid_sets(deck, solids), *bodies_of(deck)]))}")  # fmt: skip
     nodes, every = _nodes(blocks), _nodes(solids)
     side = _Side(deck, set(nodes.tolist()), set(np.setdiff1d(every, nodes).tolist()))
-    labels = np.concatenate([block.labels for block in blocks])
-    faces = [b._replace(labels=b.labels[on], nodes=b.nodes[on]) for b in deck.blocks if b.cell.dimension < 3
-             for on in [np.isin(b.nodes, nodes).all(axis=1)]]  # fmt: skip
-    sides = {key: rows[np.isin(rows[:, 0], labels)] for key, rows in deck.side_sets.items()}
     # Masses come last: they follow the points that couplings and links of the body lead.
     couplings, links, ties = side.kept(deck.couplings), side.kept(deck.links), side.kept(deck.ties)
     sums, masses = side.kept(deck.sums), side.kept(deck.masses)
     return replace(
-        deck, blocks=(*blocks, *(b for b in faces if len(b.labels))), couplings=couplings, links=links, ties=ties,
-        sums=sums, masses=masses, omissions=(*deck.omissions, *side.joining),
-        side_sets={key: rows for key, rows in sides.items() if len(rows)},
+        deck, blocks=(*blocks, *_faces(deck, nodes)), couplings=couplings, links=links, ties=ties, sums=sums,
+        masses=masses, omissions=(*deck.omissions, *side.joining), side_sets=_side_sets(deck, blocks),
     )  # fmt: skip
+
+
+def _faces(deck: Deck, nodes: np.ndarray) -> list[Block]:
+    """Return the faces and lines of a deck whose nodes are all among some, by type."""
+    others = [block for block in deck.blocks if block.cell.dimension < 3]
+    chosen = [_members(block, block.labels[np.isin(block.nodes, nodes).all(axis=1)]) for block in others]
+    return [block for block in chosen if len(block.labels)]
+
+
+def _side_sets(deck: Deck, blocks: Sequence[Block]) -> dict[str, np.ndarray]:
+    """Return the sets of faces of some elements that are not empty."""
+    labels = np.concatenate([block.labels for block in blocks])
+    sides = {key: rows[np.isin(rows[:, 0], labels)] for key, rows in deck.side_sets.items()}
+    return {key: rows for key, rows in sides.items() if len(rows)}
 
 
 def bodies_of(deck: Deck) -> list[str]:
@@ -67,32 +76,32 @@ def bodies_of(deck: Deck) -> list[str]:
     count = int(pieces.max()) + 1
     sizes, named = np.bincount(pieces), dict[int, str]()
     for name, members in deck.element_sets.items():
-        own = pieces[np.isin(labels, members)]
-        if len(own) and (own == own[0]).all() and len(own) == sizes[own[0]]:
-            named.setdefault(int(own[0]), name)
+        set_pieces = np.unique(pieces[np.isin(labels, members)])
+        if len(set_pieces) == 1 and np.isin(labels, members).sum() == sizes[set_pieces[0]]:
+            named.setdefault(int(set_pieces[0]), name)
     return [named.get(piece, f"{PIECE}{piece + 1}") for piece in range(count)] if count > 1 else []
 
 
 class _Side:
     """Nodes of a body and of the others, with the points that members lead by them."""
 
-    def __init__(self, deck: Deck, own: set[int], others: set[int]) -> None:
-        self._deck, self._own, self._others = deck, own, others
+    def __init__(self, deck: Deck, nodes: set[int], others: set[int]) -> None:
+        self._deck, self._own, self._others = deck, nodes, others
         self.joining: list[Omission] = []
 
     def kept(self, items: Sequence[M]) -> tuple[M, ...]:
         """Return the members of a kind that are the body's, or nobody's; those that join it with another are noted."""
-        kept: list[M] = []
+        members: list[M] = []
         for item in items:
             nodes, lead = self._nodes_of(item)
-            foreign, own = bool(nodes & self._others), bool(nodes & self._own)
-            if foreign and own and item.source is not None:
+            foreign, native = bool(nodes & self._others), bool(nodes & self._own)
+            if foreign and native and item.source is not None:
                 text = "joins the body with another one of the deck"
                 self.joining.append(Omission(item.keyword, item.source, text))
             if not foreign:
-                kept.append(item)
+                members.append(item)
             (self._others if foreign else self._own).update(lead)
-        return tuple(kept)
+        return tuple(members)
 
     def _nodes_of(self, item: Member) -> tuple[set[int], set[int]]:
         """Return the nodes by which a member belongs to a body, and those that it leads or is led by."""
@@ -140,8 +149,8 @@ def _pieces(deck: Deck, solids: Sequence[Block]) -> np.ndarray:
     leads = np.concatenate([np.repeat(nodes[:, 0], nodes.shape[1]) for nodes in corners])
     ends, size = np.concatenate([nodes.ravel() for nodes in corners]), len(deck.labels)
     piece_of = connected_components(coo_matrix((np.ones(len(leads)), (leads, ends)), (size, size)), directed=False)[1]
-    found = np.concatenate([piece_of[nodes[:, 0]] for nodes in corners])
-    _, index, inverse = np.unique(found, return_index=True, return_inverse=True)
+    component_of = np.concatenate([piece_of[nodes[:, 0]] for nodes in corners])
+    _, index, inverse = np.unique(component_of, return_index=True, return_inverse=True)
     return np.asarray(np.argsort(np.argsort(index))[inverse])
 
 
@@ -151,5 +160,5 @@ def _solid_sets(deck: Deck, solids: Sequence[Block]) -> list[str]:
 
 
 def _listed(names: Collection[str]) -> str:
-    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
-    return f"the sets {', '.join([*names][:MOST_LISTED])}{more}" if names else "none"
+    suffix = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return f"the sets {', '.join([*names][:MOST_LISTED])}{suffix}" if names else "none"

@@ -91,11 +91,11 @@ def to_basic_axes(files: MatrixFiles, matrices: Given, dofs: np.ndarray, model: 
     chosen = np.flatnonzero(np.isin(dofs[:, 0], list(axes)) & (dofs[:, 1] != GENERALISED))
     if not len(chosen):
         return matrices
-    place = {(int(node), int(direction)): k for k, (node, direction) in enumerate(dofs) if k in set(chosen.tolist())}
+    row_of = {(int(node), int(direction)): k for k, (node, direction) in enumerate(dofs) if k in set(chosen.tolist())}
     T = sparse.lil_matrix(sparse.eye(len(dofs)))
     for node in np.unique(dofs[chosen, 0]).tolist():
         for triple in TRIPLES:
-            rows = [place.get((node, direction)) for direction in range(6)[triple]]
+            rows = [row_of.get((node, direction)) for direction in range(6)[triple]]
             if all(row is None for row in rows):
                 continue
             _refuse_partial(files, rows, int(model.labels[node]), axes)

@@ -175,8 +175,8 @@ class _Archive:
             if keyword == "R":
                 self._constants[int(words[0])] = [float(word or 0) for word in words[1:7]]
             elif self._constants:
-                last = self._constants[next(reversed(self._constants))]
-                last += [0.0] * (-len(last) % 6) + [float(word or 0) for word in words[:6]]
+                latest = self._constants[next(reversed(self._constants))]
+                latest += [0.0] * (-len(latest) % 6) + [float(word or 0) for word in words[:6]]
         except (ValueError, IndexError):
             raise self.lines.source.error(f"{keyword},{','.join(words)[:40]}: expected real constants") from None
 

@@ -100,11 +100,11 @@ class Commands:
             if kind == "NODE":
                 self._open += _terms(words[3:])
                 return True
-            number = _number(words[1], self.equations)
-            if number in self.equations and not (kind and float(kind)):
-                self.equations[number].terms.extend(_terms(words[3:]))
+            label = _number(words[1], self.equations)
+            if label in self.equations and not (kind and float(kind)):
+                self.equations[label].terms.extend(_terms(words[3:]))
                 return True
-            if not self._define(number, kind, source):
+            if not self._define(label, kind, source):
                 return False
             self._open += _terms(words[3:])
         except (ValueError, IndexError):
@@ -191,10 +191,10 @@ def _follows(follower: int, lead: int, equations: Sequence[Equation], r: np.ndar
     """Return whether equations are u = u₀ + θ × r of a node in three directions, or equal rotations of both."""
     directions = set()
     for equation in equations:
-        own = [term for term in equation.terms if term.node == follower and term.coefficient]
-        if len(own) != 1:
+        follower_terms = [term for term in equation.terms if term.node == follower and term.coefficient]
+        if len(follower_terms) != 1:
             return False
-        direction, factor = own[0].direction, own[0].coefficient
+        direction, factor = follower_terms[0].direction, follower_terms[0].coefficient
         expected = np.zeros(6)
         expected[direction] = -factor
         if direction < TRANSLATIONS:

@@ -81,9 +81,9 @@ class _Records:
         self.order = "<" if 0 < count < 1 << 16 else ">"
         self.next = 0
 
-    def read(self, kind: int, at: int | None = None) -> np.ndarray:
+    def read(self, kind: int, word: int | None = None) -> np.ndarray:
         """Return the numbers of a record of a kind, the next one by default."""
-        start = 4 * (self.next if at is None else at)
+        start = 4 * (self.next if word is None else word)
         count, flags = struct.unpack_from(f"{self.order}iI", self.data, start)
         content = self.data[start + 8 : start + 8 + 4 * count]
         if start < 0 or count < 1 or len(content) < 4 * count:
@@ -112,12 +112,14 @@ def _read(path: str, data: bytes) -> Substructure:
     if (wrong := rows[~modal, 1][(rows[~modal, 1] < 0) | (rows[~modal, 1] >= TRANSLATIONS_AND_ROTATIONS)]).size:
         raise InputError(f"{path}: has degree of freedom {wrong[0] + 1} of Ansys; allowed: displacements and rotations")
     rows[modal] = np.column_stack([-1 - np.arange(header[MODES]), np.full(header[MODES], SCALAR)])
-    places = np.array(list(_rows(records, int(header[TO_PLACES]), len(labels))))
+    positions = np.array(list(_rows(records, int(header[TO_PLACES]), len(labels))))
     lines = np.array(list(_rows(records, int(header[TO_MATRICES]), count * int(header[MATRICES]))))
     if lines.shape[1:] != (count,):
         raise ValueError(f"rows of {lines.shape[1]} entries, of {count}")
     step, mass = int(header[MATRICES]), int(header[STIFFNESS] != 0)
-    return Substructure(labels.astype(np.int64), places[:, :3], places[:, 3:6], rows, lines[::step], lines[mass::step])
+    return Substructure(
+        labels.astype(np.int64), positions[:, :3], positions[:, 3:6], rows, lines[::step], lines[mass::step]
+    )
 
 
 def _rows(records: _Records, start: int, count: int) -> Iterator[np.ndarray]:
@@ -140,5 +142,5 @@ def _refuse(path: str, header: np.ndarray) -> None:
         "it was moved or copied by SETRAN": header[TRANSFORMED], "it is thermal": header[THERMAL],
         "it has no degree of freedom": header[NODE_DOFS] < 1 or header[ROWS] < 1 or header[NODES] < 1,
     }  # fmt: skip
-    if cause := next((text for text, found in causes.items() if found), ""):
+    if cause := next((text for text, applies in causes.items() if applies), ""):
         raise InputError(f"{path}: {cause}; allowed: full symmetric matrices of stiffness and mass, as generated")

@@ -92,18 +92,10 @@ def read_nastran(path: str, scope: Scope) -> Deck:
     couplings, links, coupled = rigid_elements(by_name)
     directions = grids.directions()
     chosen = chosen_equations(path)
+    passive = _passive(by_name, chosen)
     masses, sums = read_masses(by_name, grids), read_sums(by_name, grids, chosen)
-    idle = (
-        []
-        if chosen is None or by_name.get("MPCADD")
-        else [c for c in by_name.get("MPC", []) if c.integer(0) not in chosen]
-    )
-    by_name["MPC"] = [card for card in by_name.get("MPC", []) if card not in idle]
     dependent = [n for name in coupled if name.startswith("rbe2") for n in coupled[name]]
     node_sets |= {name: np.intersect1d(np.array(m, np.int64), labels) for name, m in coupled.items()}
-    passive = [
-        Omission("MPC", card.source, "a set of equations that no case chooses", alters=False) for card in idle[:1]
-    ]
     deck = deck_of(
         labels, points, blocks, path, node_sets=node_sets, element_sets=element_sets, couplings=couplings,
         links=links, masses=masses, sums=sums, directions=directions, dependent=np.array(dependent, np.int64),
@@ -111,6 +103,16 @@ def read_nastran(path: str, scope: Scope) -> Deck:
         omissions=[*_omissions(by_name, {item.source for item in (*couplings, *links, *masses, *sums)}), *passive],
     )  # fmt: skip
     return with_retained(deck, by_name)
+
+
+def _passive(by_name: dict[str, list[Card]], chosen: set[int] | None) -> list[Omission]:
+    """Take out the equations that no case chooses; return what they are."""
+    if chosen is None or by_name.get("MPCADD"):
+        return []
+    cards = by_name.get("MPC", [])
+    by_name["MPC"] = [card for card in cards if card.integer(0) in chosen]
+    idle = [card for card in cards if card.integer(0) not in chosen]
+    return [Omission("MPC", card.source, "a set of equations that no case chooses", alters=False) for card in idle[:1]]
 
 
 def _elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Block], dict[int, list[int]]]:
