@@ -150,7 +150,7 @@ def _slides(system: System, ports: Ports) -> Slides:
         row=np.zeros((g, m)), chart=np.zeros((g, 2)), sigma=np.full((3, g), np.inf), drag=np.zeros(g),
         drag_impulse=np.zeros(g), over=np.zeros(p, np.bool_), width=np.zeros(p, np.int64), height=np.zeros(p),
         start=np.full(p, -1), across=np.zeros((p, 4)), corner=np.full((2, p), -1), along=np.zeros((2, 4, p)),
-        free=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
+        free=np.zeros(p), yielding=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
     )  # fmt: skip
     for i, item in enumerate(moving):
         span, normals, functions, surface = (
