@@ -174,8 +174,10 @@ inline void free_displacements(const Constants& constants, const State& state, C
         }
     }
     if (state.listed_known[0] > 0)
-        for (Index a = 0; a < ports.size(); ++a)
-            if (!over[ports[a]]) gap[ports[a]] += displaced(constants.residual, ports[a], state.known, state.listed_known);
+        for (Index a = 0; a < ports.size(); ++a) {
+            const Index i = ports[a];
+            if (!over[i]) gap[i] += displaced(constants.residual, i, state.known, state.listed_known);
+        }
     set_free(constants, state, ports);
 }
 
