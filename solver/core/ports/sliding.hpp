@@ -184,7 +184,11 @@ inline bool slide(const Constants& constants, const State& state) noexcept {
                 state.response(1, f) = displaced(constants.residual, f, state.held, state.listed);
     }
     move_all(constants, slides, state.q, placed);
-    displace_all(constants, slides, state.known, state.listed_known, slides.inward[1], placed);
+    over_ranges(slides, [&](Index begin, Index end) { fill(slides.yielding.slice(begin, end), 0.0); });
+    displace_all(constants, slides, state.known, state.listed_known, slides.inward[1], slides.yielding);
+    over_ranges(slides, [&](Index begin, Index end) {
+        add(1.0, slides.yielding.slice(begin, end), placed.slice(begin, end));
+    });
     for (Index g = 0; g < slides.chart.size(); ++g)
         for (Index i = slides.ports(g, 0); i < slides.ports(g, 1); ++i) {
             slides.free[i] = OPEN;

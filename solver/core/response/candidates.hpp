@@ -158,8 +158,11 @@ inline void touch(const Constants& constants, const State& state, Index i) noexc
 inline void free_displacements(const Constants& constants, const State& state, CInts ports) noexcept {
     const Vec gap = state.gap;
     const CVec offset = constants.offset;
+    const CFlags over = state.slides.over; /* Gaps of these are known: see `slide`. */
     for (Index a = 0; a < ports.size();) {
-        if (four_alike(constants.pattern.group, ports, a)) {
+        if (over[ports[a]]) {
+            a += 1;
+        } else if (four_alike(constants.pattern.group, ports, a)) {
             const Index four[] = {ports[a], ports[a + 1], ports[a + 2], ports[a + 3]};
             double ways[4];
             moved_four(constants.rows, four, state.q, ways);
@@ -171,8 +174,10 @@ inline void free_displacements(const Constants& constants, const State& state, C
         }
     }
     if (state.listed_known[0] > 0)
-        for (Index a = 0; a < ports.size(); ++a)
-            gap[ports[a]] += displaced(constants.residual, ports[a], state.known, state.listed_known);
+        for (Index a = 0; a < ports.size(); ++a) {
+            const Index i = ports[a];
+            if (!over[i]) gap[i] += displaced(constants.residual, i, state.known, state.listed_known);
+        }
     set_free(constants, state, ports);
 }
 

@@ -1,7 +1,7 @@
 /* Points that slide over traction spaces, all unilateral, and joints: their complementarity problem by closed ports.
  *
- * The compliance base + N M N^T changes as points slide. Rows of closed ports are kept for an era, while weights move by
- * less than `REFRESH`; gaps are exact under the forces that are expected, so that the kept rows meet nothing but the
+ * The compliance base + N M N^T changes as points slide. Rows of closed ports are kept for an era, while weights move
+ * by less than `REFRESH`; gaps are exact under the forces that are expected, so that the kept rows meet nothing but the
  * change from these. Joints follow the forces of contacts, and all are found again until none changes any more.
  */
 #pragma once

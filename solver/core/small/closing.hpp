@@ -35,7 +35,15 @@ inline double given_by_compliance(const Constants& constants, const State& state
     if (!constants.slides)
         return yielded(constants.residual, i, constants.memory, state.held, state.last, state.unknown) +
                constants.layer[i] * state.unknown[i] - last;
-    double total = displaced_over(constants, slides, i, NOW, state.known, state.listed_known);
+    /* Of a port without a force, `state.response` is not kept from step to step, but of points that slide. */
+    double total = 0.0;
+    if (slides.over[i]) {
+        total = slides.yielding[i] + over(slides, i, NOW, slides.yielding);
+        total -= state.response(1, i) + over(slides, i, BEFORE, state.response[1]);
+    } else {
+        total = displaced(constants.residual, i, state.known, state.listed_known);
+        total -= displaced(constants.residual, i, state.held, state.listed);
+    }
     if (constants.paired) {
         const auto yields = [&](Index j) {
             const auto by = [&](Index begin, Index end) {
@@ -47,12 +55,10 @@ inline double given_by_compliance(const Constants& constants, const State& state
             for (Index g = 0; g < slides.window.size(); ++g) sum += by(slides.window(g, 0), slides.window(g, 1));
             return sum;
         };
-        total += yields(i) - state.response(1, i) - over(slides, i, BEFORE, state.response[1]);
+        total += yields(i);
         over_functions(slides, i, NOW, [&](Index f, double weight) { total += weight * yields(f); });
         return total - last;
     }
-    /* Of a port without a force, `state.response` is not kept from step to step. */
-    total -= displaced_over(constants, slides, i, BEFORE, state.held, state.listed);
     for (Index a = 0; a < problem.size[0]; ++a) {
         const Index j = problem.ports[a];
         total += coupling(constants.pattern, constants.yields, slides, j, i) * state.unknown[j];

@@ -14,7 +14,7 @@ enum Moment { NOW, BEFORE, ERA };  /* The end of a step, its start, and when row
 struct Slides {
     GUDGEON_SHAPES("ports z 2, surface z 3, functions *, window z 2, row z m, chart z 2, sigma 3 z, "
                    "drag z, drag_impulse z, over p, width p, height p, start p, across p 4, corner 2 p, "
-                   "along 2 4 p, free p, inward 2 p, left 1")
+                   "along 2 4 p, free p, yielding p, inward 2 p, left 1")
     CIntMat ports;      /* First and last + 1 port of the points of each contact, (g, 2). */
     CIntMat surface;    /* First port of its functions, their number across, and lines of them along, (g, 3). */
     CInts functions;    /* Ports of the functions of all surfaces, (F,). */
@@ -32,10 +32,11 @@ struct Slides {
     IntMat corner;      /* Port of the first function that it touches, by `Moment`; -1 beside the surface, (2, p). */
     Cube along;         /* Its weights along at these times, (2, 4, p). */
     Vec free;           /* Gap of a point without the forces of the step's end [m], (p,). */
+    Vec yielding;       /* What forces known at the start of the step do through R to points and functions [m], (p,). */
     Mat inward;         /* Displacement of functions without these forces, and by them [m], (2, p). */
     Ints left;          /* How many points have left their surface with a force, (1,). */
     GUDGEON_FIELDS(ports, surface, functions, window, row, chart, sigma, drag, drag_impulse, over, width, height, start,
-                   across, corner, along, free, inward, left)
+                   across, corner, along, free, yielding, inward, left)
 };
 
 }  // namespace gudgeon::small

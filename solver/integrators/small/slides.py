@@ -46,6 +46,8 @@ class Slides(NamedTuple):
     """Its weights along at these times, (2, 4, p)."""
     free: np.ndarray
     """Gap of a point without the forces of the step's end [m], (p,)."""
+    yielding: np.ndarray
+    """What forces known at the start of the step do through R to points and functions [m], (p,)."""
     inward: np.ndarray
     """Displacement of functions without these forces, and by them [m], (2, p)."""
     left: np.ndarray

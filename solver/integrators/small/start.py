@@ -122,13 +122,13 @@ def _constant(constants: Constants) -> Compliance:
 
 def _pairs(constants: Constants, slides: Slides) -> Compliance:
     """Return the compliance of points over traction spaces, no row of which is known."""
-    p, first, contact = len(constants.offset), constants.touching, constants.contact[constants.touching]
-    numbers, begin, count = np.unique(contact, return_index=True, return_counts=True)
+    p, points = len(constants.offset), constants.touching
+    numbers, starts, sizes = np.unique(constants.contact[points], return_index=True, return_counts=True)
     space, columns = np.zeros((len(numbers), 3), np.int64), constants.columns.reshape(p, p)
     for span, surface in zip(slides.ports, slides.surface, strict=True):
         space[constants.contact[span[0]]] = surface
     return coupled(constants.pattern, np.zeros(p * p))._replace(
-        base=columns, master=columns, block=np.stack([first[begin], first[begin] + count], axis=1),
+        base=columns, master=columns, block=np.stack([points[starts], points[starts] + sizes], axis=1),
         candidate=np.ones(len(numbers), np.bool_), known=np.ones(len(numbers), np.bool_), space=space,
         across=slides.across, window=np.zeros((len(numbers), 2), np.int64), scratch=np.zeros(p), stamp=np.full(p, -1),
     )  # fmt: skip
@@ -150,7 +150,7 @@ def _slides(system: System, ports: Ports) -> Slides:
         row=np.zeros((g, m)), chart=np.zeros((g, 2)), sigma=np.full((3, g), np.inf), drag=np.zeros(g),
         drag_impulse=np.zeros(g), over=np.zeros(p, np.bool_), width=np.zeros(p, np.int64), height=np.zeros(p),
         start=np.full(p, -1), across=np.zeros((p, 4)), corner=np.full((2, p), -1), along=np.zeros((2, 4, p)),
-        free=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
+        free=np.zeros(p), yielding=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
     )  # fmt: skip
     for i, item in enumerate(moving):
         span, normals, functions, surface = (

@@ -223,8 +223,8 @@ def test_closed_points_and_joints_are_found_as_by_sweeps(
     assert closed.run.arrays.state.counts[SWEEPS] == 0
     assert swept.run.arrays.state.counts[SWEEPS] > 0
     assert np.count_nonzero(np.abs(swept.forces).max(axis=(1, 2))) > 50
-    for one, other, bound in ((closed.forces, swept.forces, 1e-3), (closed.snapshots, swept.snapshots, 1e-5)):
-        np.testing.assert_allclose(one, other, rtol=0, atol=bound * np.abs(other).max())
+    for ours, exact, bound in ((closed.forces, swept.forces, 1e-3), (closed.snapshots, swept.snapshots, 1e-5)):
+        np.testing.assert_allclose(ours, exact, rtol=0, atol=bound * np.abs(exact).max())
 
 
 def test_closed_points_of_a_sliding_pair_in_linear_analysis(store: Store) -> None:
