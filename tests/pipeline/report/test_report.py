@@ -85,6 +85,13 @@ def test_runs(made: tuple[Path, Job, Document]) -> None:
         assert run.cpu_seconds > 0
 
 
+def test_runs_have_the_name_of_their_scene(made: tuple[Path, Job, Document]) -> None:
+    """In the list of a database, where runs of a report are many."""
+    records = [entry for entry in made[1].store.find() if entry.kind in ("trajectory", "nodal", "modes")]
+    assert len(records) > 6
+    assert [entry.key for entry in records if not entry.uses] == []
+
+
 def test_errors_are_split(made: tuple[Path, Job, Document]) -> None:
     """Truncation is measured against the largest basis of the same scheme, time error against the finest step."""
     found = by_name(made[2])
