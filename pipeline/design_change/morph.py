@@ -94,7 +94,7 @@ def _followed(moved: bytes, fixed: bytes, inner: bytes) -> tuple[sparse.csr_matr
 
 
 def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, update: str) -> MorphRecord:
-    """Return the design record of a body with its own modes; `update` is `none` or `recompute`."""
+    """Return the design record of a body with its own modes; `update` is that of its change, or `none`."""
     return MorphRecord(
         mesh_key=mesh_key, modes_key=modes_key, update=update,
         points={name: item.points for name, item in modal.interfaces.items()}, mass=modal.mass, centre=modal.centre,
