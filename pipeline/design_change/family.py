@@ -1,7 +1,6 @@
 """Stored designs of one mesh: their displacements as a basis, and the factor and flexibility of the first of them."""
 
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 
@@ -22,44 +21,37 @@ class Family:
         """
         self.base = targets[0]
         columns = [np.concatenate([design.shapes, _responses(design)], axis=2) for design in designs]
-        size, ends = len(self.base.model.held), np.cumsum([column.shape[2] for column in columns])
-        basis = np.concatenate(columns, axis=2).reshape(size, -1)
-        K_basis = self.base.model.K @ basis
-        self.basis = basis @ independent(basis.T @ K_basis)
+        basis = np.concatenate(columns, axis=2).reshape(len(self.base.model.held), -1)
+        self.basis = basis @ independent(basis.T @ (self.base.model.K @ basis))
         """V, K-orthonormal in the first design, (dofs, v)."""
-        own = slice(0, ends[0])
-        self.base_basis = basis[:, own] @ independent(basis[:, own].T @ K_basis[:, own])
-        """The same of the first design alone, (dofs, v₀)."""
-        self._flexibilities = [flexibility_of(design) for design in designs]
-        self._targets = targets
         self.factor = Flexibility(self.base.model)
+        self.projections = [Projection(target, self.basis) for target in targets]
+        """Each stored design in the basis."""
+        self._flexibilities = [flexibility_of(design) for design in designs]
+        self._in_basis = np.array([projection.flexibility for projection in self.projections])
+        self._outside = np.array(self._flexibilities) - self._in_basis
 
-    @cached_property
-    def projections(self) -> list[Projection]:
-        """Each stored design in the basis of all."""
-        return [Projection(target, self.basis) for target in self._targets]
-
-    @cached_property
-    def _remainders(self) -> np.ndarray:
-        """Flexibility of each design's displacements outside the basis [m/N], (k, c, c)."""
-        parts = zip(self._flexibilities, self.projections, strict=True)
-        return np.array([flexibility - projection.flexibility for flexibility, projection in parts])
-
-    def remainder(self, projection: Projection) -> np.ndarray:
+    def remainder(self, projection: Projection, extension: np.ndarray | None = None) -> np.ndarray:
         """Return the flexibility that displacements outside the basis add to a body's in it [m/N], (c, c).
 
         It is the combination of those of the stored designs whose flexibilities in the basis give the body's.
-        """
-        flexibilities = np.array([stored.flexibility for stored in self.projections])
-        size = 1 / np.sqrt(np.maximum(flexibilities[0].diagonal(), np.finfo(float).tiny))
-        scaled = np.array([projection.flexibility, *flexibilities]) * np.outer(size, size)
-        differences = (scaled[2:] - scaled[1]).reshape(len(flexibilities) - 1, size.size**2)
-        weights = np.linalg.lstsq(differences.T, (scaled[0] - scaled[1]).ravel(), rcond=None)[0]
-        return np.einsum("k,kcd->cd", np.array([1 - weights.sum(), *weights]), self._remainders)
 
-    def base_remainder(self, basis: np.ndarray) -> np.ndarray:
-        """Return the flexibility of the first design's displacements outside another basis (dofs, v) [m/N], (c, c)."""
-        return self._flexibilities[0] - Projection(self.base, basis).flexibility
+        Args:
+            projection: The body in the basis.
+            extension: Displacements that extend the basis, (dofs, w).
+        """
+        size = 1 / np.sqrt(np.maximum(self._in_basis[0].diagonal(), np.finfo(float).tiny))
+        scaled = np.array([projection.flexibility, *self._in_basis]) * np.outer(size, size)
+        differences = (scaled[2:] - scaled[1]).reshape(len(self._in_basis) - 1, size.size**2)
+        weights = np.linalg.lstsq(differences.T, (scaled[0] - scaled[1]).ravel(), rcond=None)[0]
+        outside = self._outside if extension is None else self._beyond(extension)
+        return np.einsum("k,kcd->cd", np.array([1 - weights.sum(), *weights]), outside)
+
+    def _beyond(self, extension: np.ndarray) -> np.ndarray:
+        """Return the flexibility of each design's displacements outside an extended basis [m/N], (k, c, c)."""
+        extended = (Projection(inner.target, extension, inner) for inner in self.projections)
+        pairs = zip(self._flexibilities, extended, strict=True)
+        return np.array([flexibility - projection.flexibility for flexibility, projection in pairs])
 
     def displaced(self, target: Target, forces: np.ndarray) -> np.ndarray:
         """Return the displacement by the first design's factor under balanced forces on another, (dofs, k)."""

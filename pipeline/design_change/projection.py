@@ -58,22 +58,31 @@ class Target:
 class Projection:
     """A body in a basis."""
 
-    def __init__(self, target: Target, basis: np.ndarray) -> None:
+    def __init__(self, target: Target, columns: np.ndarray, inner: "Projection | None" = None) -> None:
         """Project the matrices of a body.
 
         Args:
-            basis: V, zero where the body is held, (dofs, v); scaled columns, which may be dependent.
+            columns: Displacements, zero where the body is held, (dofs, w); they may be dependent.
+            inner: The body in a basis that these columns extend.
         """
-        self.target = target
-        M_basis = target.model.M @ basis
-        self._basis, self._turn = basis, independent(basis.T @ (target.model.K @ basis))
-        self._rigid_parts = self._turn.T @ (M_basis.T @ target.rigid)
-        M = self._turn.T @ (basis.T @ M_basis) @ self._turn - self._rigid_parts @ self._rigid_parts.T
+        K_columns, M_columns = target.model.K @ columns, target.model.M @ columns
+        self.target, self._basis = target, columns
+        self._stiffness, self._mass = columns.T @ K_columns, columns.T @ M_columns
+        self._momentum, self._at_rows = M_columns.T @ target.rigid, target.B @ columns
+        if inner is not None:
+            self._basis = np.column_stack([inner._basis, columns])
+            self._stiffness = _bordered(inner._stiffness, inner._basis.T @ K_columns, self._stiffness)
+            self._mass = _bordered(inner._mass, inner._basis.T @ M_columns, self._mass)
+            self._momentum = np.concatenate([inner._momentum, self._momentum])
+            self._at_rows = np.column_stack([inner._at_rows, self._at_rows])
+        self._turn = independent(self._stiffness)
+        self._rigid_parts = self._turn.T @ self._momentum
+        M = self._turn.T @ self._mass @ self._turn - self._rigid_parts @ self._rigid_parts.T
         inverse_values, Z = linalg.eigh(0.5 * (M + M.T))
         self.values = 1 / inverse_values[::-1]
         """Ritz values [rad²/s²], ascending, (v,)."""
         self._Z = Z[:, ::-1]
-        self.rows = (target.B @ basis) @ self._turn - (target.B @ target.rigid) @ self._rigid_parts.T
+        self.rows = self._at_rows @ self._turn - (target.B @ target.rigid) @ self._rigid_parts.T
         """B V' of the K-orthonormal combinations V of the basis, (c, v)."""
 
     @property
@@ -96,6 +105,10 @@ class Projection:
 
     def _displaced(self, coordinates: np.ndarray) -> np.ndarray:
         return self._basis @ (self._turn @ coordinates) - self.target.rigid @ (self._rigid_parts.T @ coordinates)
+
+
+def _bordered(inner: np.ndarray, across: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    return np.block([[inner, across], [across.T, outer]])
 
 
 def independent(stiffness: np.ndarray) -> np.ndarray:

@@ -50,7 +50,8 @@ def refuse_reuse(job: Job) -> None:
             with named(job.path, InputError):
                 raise InputError(
                     f"{change}.update: 'reuse' given, the profile is estimated to change {change_text(entry)}; allowed:"
-                    f" {change}.tolerance = {allowed:.2%}; use update = 'recompute', or a larger tolerance"
+                    f" {change}.tolerance = {allowed:.2%}; use update = 'certified' or 'recompute', or a larger"
+                    " tolerance"
                 )
 
 

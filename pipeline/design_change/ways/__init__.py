@@ -3,7 +3,7 @@
 | way | basis | estimate |
 |---|---|---|
 | `project` | displacements of the stored designs | one step with the stored factor |
-| `inverse` | Ritz vectors and responses of the step before | the next step |
+| `inverse` | the same, and Ritz vectors and responses of the step before | the next step |
 | `recompute` | normal modes of the moved mesh | inertia count and residuals, in `reduction` |
 
 What a step finds is the basis of the next way, so that no estimate is computed in vain. The estimate of frequencies is
@@ -79,7 +79,8 @@ def carried(target: Target, family: Family, columns: Mapping[str, Sequence[int]]
         columns: First and last + 1 of the target's loads of each interface.
         tolerance: Of the largest relative error of a frequency and of a compliance.
     """
-    answer, direction = projected(target, family), np.empty((len(target.model.held), 0))
+    start, direction = projected(target, family), np.empty((len(target.model.held), 0))
+    answer = start
     previous = np.inf
     for steps in range(STEPS + 1):
         errors, displacements, direction = certified(target, family, answer, direction, columns)
@@ -88,7 +89,7 @@ def carried(target: Target, family: Family, columns: Mapping[str, Sequence[int]]
         if not errors.largest < previous:
             break
         previous = errors.largest
-        answer = enriched(target, family, displacements)
+        answer = enriched(family, start[0], displacements)
     return None
 
 
@@ -110,14 +111,14 @@ def certified(
     count = min(target.count + max(SPARE, target.count // 8), len(projection.values))
     values, X, direction = refined(target, family, (projection.values[:count], projection.shapes(count)), direction)
     frequencies = np.sqrt(projection.values[: target.count] / values[: target.count]) - 1
-    probes = _probes(flexibility)
-    loads = np.column_stack([target.loads, probes])
+    random = probes(flexibility)
+    loads = np.column_stack([target.loads, random])
     compliance = loads.T @ flexibility @ loads
     start = projection.responses(loads)
-    start[:, target.loads.shape[1] :] += _outside(target, family, probes)
+    start[:, target.loads.shape[1] :] += _outside(target, family, random)
     Y, exact, ended = settled(target, family, loads, start, compliance.diagonal())
     compliances = {
-        name: _largest(exact[k, k] - compliance[k, k], compliance[k, k])
+        name: largest_change(exact[k, k] - compliance[k, k], compliance[k, k])
         for name, k in ((name, slice(*ends)) for name, ends in columns.items())
     }
     change = (exact - compliance).diagonal() / compliance.diagonal()
@@ -125,7 +126,7 @@ def certified(
     return Errors(frequencies, compliances, rows), np.column_stack([X, Y]), direction
 
 
-def _probes(flexibility: np.ndarray) -> np.ndarray:
+def probes(flexibility: np.ndarray) -> np.ndarray:
     """Return random forces on the rows, each scaled by its own flexibility, (c, PROBES)."""
     size = np.sqrt(np.maximum(flexibility.diagonal(), 0.0))
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(size), PROBES if len(size) else 0))
@@ -139,7 +140,7 @@ def _outside(target: Target, family: Family, forces: np.ndarray) -> np.ndarray:
     return target.elastic(response)
 
 
-def _largest(change: np.ndarray, compliance: np.ndarray) -> float:
+def largest_change(change: np.ndarray, compliance: np.ndarray) -> float:
     """Return the eigenvalue of largest size of δC p = μ C p; dependent pressures are left out."""
     scale = 1 / np.sqrt(np.maximum(compliance.diagonal(), np.finfo(float).tiny))
     strength, directions = linalg.eigh(compliance * np.outer(scale, scale))

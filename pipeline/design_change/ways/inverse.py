@@ -19,15 +19,16 @@ MOST = 10
 """Steps of conjugate gradients, at most."""
 
 
-def enriched(target: Target, family: Family, displacements: np.ndarray) -> tuple[Projection, np.ndarray]:
-    """Return a body in the basis of its refined displacements (dofs, k) and those of the first design, and its
-    flexibility [m/N], (c, c).
+def enriched(family: Family, projection: Projection, displacements: np.ndarray) -> tuple[Projection, np.ndarray]:
+    """Return a body in the basis of a family and refined displacements (dofs, w), and its flexibility [m/N], (c, c).
 
-    Displacements outside this basis have the flexibility that they have in the first design.
+    Displacements outside this basis have the flexibility that they have in the stored designs.
+
+    Args:
+        projection: The body in the basis of the family.
     """
-    basis = np.column_stack([family.base_basis, displacements])
-    projection = Projection(target, basis)
-    return projection, projection.flexibility + family.base_remainder(basis)
+    extended = Projection(projection.target, displacements, projection)
+    return extended, extended.flexibility + family.remainder(projection, displacements)
 
 
 def refined(
@@ -40,9 +41,11 @@ def refined(
         direction: Of the step before, (dofs, d); (dofs, 0) at the first.
     """
     values, X = vectors
-    r = target.balanced(target.model.K @ X - (target.model.M @ X) * values)
-    S = np.column_stack([X, family.displaced(target, r), direction])
-    stiffness, mass = S.T @ (target.model.K @ S), S.T @ (target.model.M @ S)
+    K, M = target.model.K, target.model.M
+    KX, MX = K @ X, M @ X
+    added = np.column_stack([family.displaced(target, target.balanced(KX - MX * values)), direction])
+    S = np.column_stack([X, added])
+    stiffness, mass = (S.T @ np.column_stack(pair) for pair in ((KX, K @ added), (MX, M @ added)))
     turn = independent(stiffness)
     inverse_values, Z = linalg.eigh(turn.T @ (0.5 * (mass + mass.T)) @ turn)
     values = 1 / inverse_values[::-1][: len(values)]
