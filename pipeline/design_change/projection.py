@@ -115,5 +115,5 @@ def independent(stiffness: np.ndarray) -> np.ndarray:
     """Return the combinations of columns with a stiffness (v, v) that are K-orthonormal, (v, w)."""
     scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
     strength, directions = linalg.eigh(0.5 * (stiffness + stiffness.T) * scale * scale[:, None])
-    kept = strength > INDEPENDENT * strength.max(initial=0.0)
-    return scale[:, None] * directions[:, kept] / np.sqrt(strength[kept])
+    significant = strength > INDEPENDENT * strength.max(initial=0.0)
+    return scale[:, None] * directions[:, significant] / np.sqrt(strength[significant])

@@ -43,12 +43,12 @@ def method_of(
         return Family(targets, [base, *(store.get(keys[1], "modes") for keys in stored[1:])])
 
     keys = (store.location, *stored)
-    found = _FAMILIES.get(keys) or family()
-    _FAMILIES[keys] = found
+    members = _FAMILIES.get(keys) or family()
+    _FAMILIES[keys] = members
     _FAMILIES.move_to_end(keys)
     while len(_FAMILIES) > KEPT:
         _FAMILIES.popitem(last=False)
-    return carried_macneal(found, base, [keys[1] for keys in stored], component.change.tolerance)
+    return carried_macneal(members, base, [keys[1] for keys in stored], component.change.tolerance)
 
 
 def _target(store: Store, mesh_key: str, design: Component, name: str, requested: dict[str, Any]) -> Target:

@@ -15,6 +15,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.design_change import ways
+from gudgeon.pipeline.design_change.compliance import largest_change
 from gudgeon.pipeline.design_change.family import Family
 from gudgeon.pipeline.design_change.morph import Movement, moved_mesh
 from gudgeon.pipeline.design_change.projection import Target
@@ -72,7 +73,7 @@ def errors(
     for ends in columns.values():
         loads = target.loads[:, slice(*ends)]
         before, after = (loads.T @ matrix @ loads for matrix in (C, exact_C))
-        compliances.append(abs(ways.largest_change(after - before, before)))
+        compliances.append(abs(largest_change(after - before, before)))
     frequencies = np.sqrt(projection.values[: target.count]) / exact - 1
     rows = np.abs(C.diagonal() / exact_C.diagonal() - 1)
     return [float(np.abs(frequencies).max()), max(compliances), float(rows.max())]

@@ -20,6 +20,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.design_change import ways
+from gudgeon.pipeline.design_change.compliance import largest_change
 from gudgeon.pipeline.design_change.estimate import estimated, sensitivity_of
 from gudgeon.pipeline.design_change.family import Family
 from gudgeon.pipeline.design_change.projection import Target
@@ -267,7 +268,7 @@ class Calibration:
             loads = target.loads[:, slice(*ends)]
             compliance = loads.T @ flexibility @ loads
             exact = loads.T @ truth[1] @ loads
-            yield row("compliance", errors.compliances[name], ways.largest_change(exact - compliance, compliance))
+            yield row("compliance", errors.compliances[name], largest_change(exact - compliance, compliance))
         probes = ways.probes(flexibility)
         ratios = [np.einsum("ck,cd,dk->k", probes, C, probes) for C in (truth[1], flexibility)]
         yield row("random forces", errors.rows, float(np.abs(ratios[0] / ratios[1] - 1).max()))

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import linalg
 
+from gudgeon.pipeline.design_change.compliance import largest_change
 from gudgeon.pipeline.design_change.family import Family
 from gudgeon.pipeline.design_change.projection import Projection, Target
 from gudgeon.pipeline.design_change.ways.inverse import enriched, refined, settled
@@ -29,8 +29,6 @@ STEPS = 3
 """Steps with the stored factor, at most."""
 PROBES = 4
 """Random forces on all rows."""
-SMALL = 1e-6
-"""Combinations of pressures below this share of the largest compliance are left out."""
 
 
 @dataclass(frozen=True)
@@ -138,13 +136,3 @@ def _outside(target: Target, family: Family, forces: np.ndarray) -> np.ndarray:
     base = family.base
     response = family.displaced(base, base.balanced(base.B.T @ forces)) - family.projections[0].responses(forces)
     return target.elastic(response)
-
-
-def largest_change(change: np.ndarray, compliance: np.ndarray) -> float:
-    """Return the eigenvalue of largest size of δC p = μ C p; dependent pressures are left out."""
-    scale = 1 / np.sqrt(np.maximum(compliance.diagonal(), np.finfo(float).tiny))
-    strength, directions = linalg.eigh(compliance * np.outer(scale, scale))
-    kept = strength > SMALL * strength.max(initial=0.0)
-    turn = scale[:, None] * directions[:, kept] / np.sqrt(strength[kept])
-    values = linalg.eigvalsh(turn.T @ change @ turn)
-    return float(values[np.abs(values).argmax()]) if len(values) else 0.0
