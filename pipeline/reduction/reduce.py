@@ -266,5 +266,4 @@ def _reduced(
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:
     """Return Tᵀ M Φ [kg^½], T the unit translations, (3, m); held dofs do not move."""
-    momentum = (model.M @ reduction.Phi).reshape(len(model.nodes), len(model.directions), -1).sum(axis=0)
-    return model.directions.T @ momentum
+    return model.directions.T @ model.by_node(model.M @ reduction.Phi).sum(axis=0)

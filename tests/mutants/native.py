@@ -5,9 +5,9 @@ from tests.mutants.fault import Fault, faults
 LAWS = ["tests/solver/laws/test_laws.py", "tests/contracts/test_laws.py"]
 LCP = ["tests/solver/contact/test_lcp.py", "tests/solver/contact/test_compliance.py"]
 LOG = ["tests/solver/integrators/test_impact_log.py"]
-IMPACTS = ["tests/solver/integrators/general/test_impacts.py"]
-SPLINES = ["tests/solver/integrators/mechanism/test_surfaces.py"]
-PRESSED = ["tests/solver/integrators/mechanism/test_ground.py", "tests/solver/integrators/mechanism/test_surfaces.py"]
+IMPACTS = ["tests/solver/integrators/small/test_impacts.py"]
+SPLINES = ["tests/solver/integrators/turning/test_surfaces.py"]
+PRESSED = ["tests/solver/integrators/turning/test_ground.py", "tests/solver/integrators/turning/test_surfaces.py"]
 
 NATIVE: list[Fault] = [
     *faults(
@@ -37,6 +37,11 @@ NATIVE: list[Fault] = [
          "(y[a + 2] - y2 - L[r + a] * y0) * over[a + 2]"),
         ("(y[a + 1] - L[s + a + 1] * y3 - L[r + a + 1] * y2) * over[a + 1]",
          "(y[a + 1] - L[s + a + 1] * y3) * over[a + 1]"),
+    ),
+    *faults(
+        "response", "solver/core/response/pairs.hpp", ["tests/solver/integrators/small/test_slides.py"],
+        ("add(along - x[0], first,", "add(x[0] - along, first,"),
+        ("state.slides.over[i] ? state.slides.free[i] : state.gap[i]", "state.gap[i]"),
     ),
     *faults(
         "log", "solver/core/log/impacts.hpp", LOG,
