@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup core checked check-core docs manual verification tutorials calibration mutants wheel coverage browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup core checked check-core docs manual verification tutorials calibration calibration-designs mutants wheel coverage browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -95,6 +95,9 @@ tutorials: setup ## run the tutorials and renew their outputs and pictures; `mak
 
 calibration: setup ## run 500 random scenes with exact answers and write stated over true errors to docs/calibration.md, 15 min of CPU; what is done is kept
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.calibration --workers $(WORKERS) $(ARGS)
+
+calibration-designs: setup ## run 360 random changes of designs and write stated over true errors of modes from stored ones to docs/design-change.md, 10 min of CPU
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.calibration.designs --write $(ARGS)
 
 mutants: setup ## run the nearest tests of 200 deliberate faults, one at a time; `make mutants ARGS="--only service"` runs some
 	$(BIN)/python -m tests.mutants $(ARGS)

@@ -225,6 +225,9 @@ COMPLIANCE_ERRORS = "compliance_errors"
 compliance."""
 LOAD_ERRORS = "load_errors"
 """Entry of `ModalRecord.quality`: the same for each row of a load, by interface."""
+DESIGN = "design"
+"""Entry of `ModalRecord.quality` of a design that stored ones may give: the way that was taken, its steps with the
+stored factor, its estimated errors and the keys of the stored designs."""
 MODE = 0.02
 """Largest of these of a coordinate that is a mode of the body."""
 
@@ -348,7 +351,7 @@ class MorphRecord(Labelled):
     mesh_key: str
     modes_key: str
     update: str
-    """`none`, `reuse` or `recompute`."""
+    """`none`, `reuse`, `certified` or `recompute`."""
     points: dict[str, Array] = field(
         metadata=rule("c' 3", unit="m", name="contact points of this design", columns="x, y, z")
     )

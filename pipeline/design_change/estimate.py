@@ -22,13 +22,12 @@ from scipy import linalg
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, SensitivityRecord, StaticResponses
+from gudgeon.pipeline.design_change.compliance import largest_change
 from gudgeon.pipeline.design_change.shape_derivatives import mass_derivatives, stiffness_derivatives
 from gudgeon.pipeline.scenes.material import Material
 
 CLOSE = 0.01
 """Relative distance of neighbouring frequencies below which modes are taken together."""
-SMALL = 1e-6
-"""Combinations of pressures below this share of the largest compliance are left out."""
 KEPT = 4
 """Bodies whose derivatives a process keeps: designs of a study have the same modes."""
 
@@ -62,7 +61,7 @@ def estimated(sensitivity: SensitivityRecord, movement: np.ndarray) -> Estimate:
     for name, compliance in sensitivity.compliances.items():
         change = np.zeros_like(compliance)
         change[np.triu_indices(len(change))] = moved @ sensitivity.static[name].reshape(len(moved), -1)
-        compliances[name] = _largest(change + np.triu(change, 1).T, compliance)
+        compliances[name] = largest_change(change + np.triu(change, 1).T, compliance)
     return Estimate(frequencies, compliances)
 
 
@@ -142,13 +141,3 @@ def _groups(values: np.ndarray) -> list[slice]:
     group_starts = np.flatnonzero(np.sqrt(values[1:] / values[:-1]) - 1 >= CLOSE) + 1
     ends = [0, *group_starts.tolist(), len(values)]
     return [slice(a, b) for a, b in itertools.pairwise(ends) if b > a]
-
-
-def _largest(change: np.ndarray, compliance: np.ndarray) -> float:
-    """Return the eigenvalue of largest size of δC p = μ C p."""
-    scale = 1 / np.sqrt(compliance.diagonal())
-    strength, directions = linalg.eigh(compliance * np.outer(scale, scale))
-    independent = strength > SMALL * strength[-1]
-    basis = scale[:, None] * directions[:, independent] / np.sqrt(strength[independent])
-    values = linalg.eigvalsh(basis.T @ change @ basis)
-    return float(values[np.abs(values).argmax()])

@@ -5,6 +5,7 @@ along the radius; inner nodes follow the nearest surface nodes, faded out by d_f
 surfaces that stay; no factorisation is needed. Mass, centre and inertia are integrated over the moved mesh.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -67,7 +68,7 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
         followed, fade = _followed(*(mesh.nodes[group].tobytes() for group in (on_surface, fixed, inner)))
         shift[inner] = followed @ shift[on_surface] * fade[:, None]
     nodes = mesh.nodes + shift
-    _refuse_inverted(replace(mesh, nodes=nodes), movement)
+    _refuse_inverted(mesh, nodes, movement)
     return nodes
 
 
@@ -94,7 +95,7 @@ def _followed(moved: bytes, fixed: bytes, inner: bytes) -> tuple[sparse.csr_matr
 
 
 def own_modes(mesh_key: str, modes_key: str, modal: ModalRecord, update: str) -> MorphRecord:
-    """Return the design record of a body with its own modes; `update` is `none` or `recompute`."""
+    """Return the design record of a body with its own modes; `update` is that of its change, or `none`."""
     return MorphRecord(
         mesh_key=mesh_key, modes_key=modes_key, update=update,
         points={name: item.points for name, item in modal.interfaces.items()}, mass=modal.mass, centre=modal.centre,
@@ -166,14 +167,25 @@ def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> n
     return radial_directions(points, surface.shape) * shift
 
 
-def _refuse_inverted(mesh: MeshRecord, movement: Movement) -> None:
+def _refuse_inverted(mesh: MeshRecord, nodes: np.ndarray, movement: Movement) -> None:
     # At the nodes the determinant is a sharper test of inversion than at quadrature points.
-    lowest = nodal_jacobians(mesh)[:, 0]
+    moved = replace(mesh, nodes=nodes)
+    lowest = nodal_jacobians(moved)[:, 0]
     if lowest.min() <= 0:
         worst = int(np.argmin(lowest))
-        centre = cell_centres(mesh)[worst]
+        centre = cell_centres(moved)[worst]
         raise InputError(
             f"{movement.source}: the profile inverts {int((lowest <= 0).sum())} elements, the worst is element"
-            f" {worst} near ({centre[0]:.4g}, {centre[1]:.4g}, {centre[2]:.4g}) m; allowed: deviations well below the"
-            " wall thickness"
+            f" {worst} near ({centre[0]:.4g}, {centre[1]:.4g}, {centre[2]:.4g}) m; allowed: up to"
+            f" {math.floor(1e3 * _safe_share(mesh, nodes)) / 10:g} % of these deviations"
         )
+
+
+def _safe_share(mesh: MeshRecord, nodes: np.ndarray) -> float:
+    """Return the largest share of a movement of the nodes to (n, 3) that inverts no element, by bisection to 1/1024."""
+    safe, inverted = 0.0, 1.0
+    while inverted - safe > 1 / 1024:
+        share = 0.5 * (safe + inverted)
+        moved = replace(mesh, nodes=mesh.nodes + share * (nodes - mesh.nodes))
+        safe, inverted = (share, inverted) if nodal_jacobians(moved)[:, 0].min() > 0 else (safe, share)
+    return safe

@@ -90,7 +90,7 @@ def residual_shapes(
         fields -= (normal.Phi / normal.angular_frequencies) @ (modal_rows.T @ pressures)
     if flexibility is None:
         factor.free()
-    scale = _scale(R, modal_rows)
+    scale = total_scale(R, modal_rows)
     asymmetry = np.abs((R - R.T) / np.outer(scale, scale)).max(initial=0.0)
     if asymmetry > SYMMETRY_TOLERANCE:
         raise StageError(
@@ -99,7 +99,7 @@ def residual_shapes(
     return Residual(0.5 * (R + R.T), scale, fields)
 
 
-def _scale(R: np.ndarray, modal_rows: np.ndarray) -> np.ndarray:
+def total_scale(R: np.ndarray, modal_rows: np.ndarray) -> np.ndarray:
     """Return the square root of each row's total flexibility, that of the kept modes (c, m) included, (c,)."""
     total = R.diagonal() + (modal_rows**2).sum(axis=1)
     return np.sqrt(np.where(total > 0, total, 1.0))
@@ -129,13 +129,13 @@ def _by_elimination(
     # Besides the pressures one load is solved that contains every row, with a random sign and by its own flexibility:
     # that of the grounded body may be round-off, where the grounding holds the row.
     signs = np.random.default_rng(0).choice([-1.0, 1.0], len(own_size))
-    mixture = signs / _scale(R, modal_rows if whole_modes else modal_rows[:, :0])
+    mixture = signs / total_scale(R, modal_rows if whole_modes else modal_rows[:, :0])
     forces = np.column_stack([pressures, mixture])
     moved = flexibility.grounded(B_free.T @ forces - E @ (C.T @ forces))
     difference = B_free @ moved[:, -1] - C @ (E.T @ moved[:, -1]) - R @ mixture
     if not whole_modes:
         R -= modal_rows @ modal_rows.T
-    scale = _scale(R, modal_rows)
+    scale = total_scale(R, modal_rows)
     remaining = R.diagonal() if whole_modes else scale**2
     if (own_size > CANCELLED * remaining).any():
         return None

@@ -1,12 +1,11 @@
 """The modes stage: mesh and component in, ModalRecord out."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy import linalg, sparse
+from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import (
@@ -22,19 +21,15 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.fem.model import FEModel
 from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.geometry.cells import cell_of
-from gudgeon.pipeline.geometry.surfaces import find_surface
 from gudgeon.pipeline.interfaces.gauges import body_force_rows, gauge_rows, refuse_large
-from gudgeon.pipeline.interfaces.loads import LoadRows, load_rows
-from gudgeon.pipeline.interfaces.patch import POINT_FINDERS, normal_rows
-from gudgeon.pipeline.interfaces.point_mass import component_model
-from gudgeon.pipeline.interfaces.points import ContactPoints, surface_coordinates, volume_error
-from gudgeon.pipeline.interfaces.tangential import TangentialRows, rows_across
-from gudgeon.pipeline.interfaces.tie import Tie, made_rigid, rigid_ties, tie_of, tie_rows
-from gudgeon.pipeline.interfaces.traction_space import TractionSpace, refuse_too_many, refuse_unresolved, traction_space
+from gudgeon.pipeline.interfaces.loads import LoadRows
+from gudgeon.pipeline.interfaces.points import ContactPoints, volume_error
+from gudgeon.pipeline.interfaces.tie import Tie
+from gudgeon.pipeline.interfaces.traction_space import TractionSpace
 from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import largest_count
-from gudgeon.pipeline.modes.static import pressure_fields
 from gudgeon.pipeline.reduction.accuracy import frequency_errors, refuse_locking
+from gudgeon.pipeline.reduction.acting import Acting, assembled, stacked
 from gudgeon.pipeline.reduction.couplings import (
     bears_stress,
     centrifugal_loads,
@@ -44,42 +39,11 @@ from gudgeon.pipeline.reduction.couplings import (
     weights_along,
 )
 from gudgeon.pipeline.reduction.gauges import GaugeRows, gauge_modes
-from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Reduction
+from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows, Method, Reduction
 from gudgeon.pipeline.reduction.methods.reduction import reference_reaction
 from gudgeon.pipeline.reduction.methods.swapped import Crossed, swapped
-from gudgeon.pipeline.reduction.responses import SMOOTH, compliance_errors, static_responses
+from gudgeon.pipeline.reduction.responses import compliance_errors, static_responses
 from gudgeon.pipeline.scenes.component import Component
-from gudgeon.pipeline.scenes.interface import Interface
-
-PLACE_FINDERS = POINT_FINDERS | {"traction": traction_space, "tie": tie_of}
-"""What is found on the mesh before matrices are assembled, by the kind of an interface; other kinds are loads."""
-
-
-@dataclass(frozen=True)
-class _Acting:
-    """An interface of a component on its mesh."""
-
-    at: ContactPoints | TractionSpace | LoadRows
-    rows: sparse.csr_matrix
-    """Its rows of B, (r, dofs)."""
-    fields: np.ndarray
-    """Forces of the pressure fields that get a static shape, (r, k)."""
-    smooth: np.ndarray
-    """Forces of smooth pressures, (r, SMOOTH) or fewer; the unit forces of a load, (r, r)."""
-    tangential: TangentialRows | None = None
-    """Where friction acts."""
-
-    @property
-    def forces(self) -> np.ndarray:
-        """Nodal forces of the smooth pressures, (dofs, k)."""
-        return self.rows.T @ self.smooth
-
-    def modes(self, Phi: np.ndarray) -> InterfaceModes | TractionModes | LoadModes:
-        """Return its record with the displacements per coordinate of shapes (dofs, m)."""
-        modes = self.at.modes(self.rows @ Phi)
-        if self.tangential is None or isinstance(modes, LoadModes):
-            return modes
-        return self.tangential.added(modes, Phi)
 
 
 def reduce_component(
@@ -94,6 +58,7 @@ def reduce_component(
     crossed: tuple[str, float] | None = None,
     held: Collection[str] = (),
     stressed: bool = False,
+    method: Method | None = None,
 ) -> ModalRecord:
     """Assemble a component and reduce it to a modal record.
 
@@ -105,16 +70,16 @@ def reduce_component(
         crossed: Traction space that a moving force crosses, and where across [m]; it gets the bases of `modes.swap`.
         held: Interfaces that motions and other forces hold: their static shapes have mass, and do not move by R.
         stressed: Whether loads or weight stress bodies of it in small motion: its loads get their stiffness by stress.
+        method: Takes the place of the reduction that the component names.
 
     Raises:
         InputError: an interface or a support does not fit the mesh, or the mesh is inverted.
         StageError: the reduction failed its own checks.
     """
-    scene_key = f"component.{name}"
-    sites, acting, (model, tied, spread) = _assembled(mesh, component, scene_key, rubbed)
-    contact = replace(_stacked(acting, spread, held), weights=spread.T @ weights_along(model, pulled))
+    sites, acting, (model, tied, spread) = assembled(mesh, component, scene_key := f"component.{name}", rubbed)
+    contact = replace(stacked(acting, spread, held), weights=spread.T @ weights_along(model, pulled))
     gauges = _gauges(model, spread, component, contact, scene_key)
-    reduced = tied, contact, _reduced(tied, contact, component, scene_key)
+    reduced = tied, contact, _reduced(tied, contact, component, method, scene_key)
     on_tied, swap = _swapped(reduced, component, sites, crossed, scene_key)
     reduction = replace(on_tied, Phi=spread @ on_tied.Phi)
     frequencies, supported = reduction.angular_frequencies, bool(model.held.any())
@@ -153,8 +118,8 @@ def truncated_displacement(
         name: The component's name in the scene, for messages.
         modal: Its modes, with their shapes, interfaces and frequencies.
     """
-    _, acting, (model, tied, spread) = _assembled(mesh, component, f"component.{name}", list(modal.tangential_spans))
-    B, flexibility = _stacked(acting, spread).B, Flexibility(tied)
+    _, acting, (model, tied, spread) = assembled(mesh, component, f"component.{name}", list(modal.tangential_spans))
+    B, flexibility = stacked(acting, spread).B, Flexibility(tied)
     shapes, Lambda = modal.shapes, modal.angular_frequencies**2
     assert shapes is not None
     rows = np.zeros((modal.row_count, len(Lambda)))
@@ -168,20 +133,7 @@ def truncated_displacement(
     return displacement
 
 
-def _assembled(
-    mesh: MeshRecord, component: Component, scene_key: str, rubbed: Collection[str]
-) -> tuple[dict[str, Any], dict[str, _Acting], tuple[FEModel, FEModel, sparse.csr_matrix]]:
-    """Return where interfaces are, what acts there, and the model, that with rigid ties, and its dofs per dof of the
-    latter; see `reduce_component` for errors."""
-    sites = _places(mesh, component, f"{scene_key}.interface")
-    model = component_model(mesh, component, scene_key)
-    acting = _acting(sites, component, model, rubbed, f"{scene_key}.interface")
-    rigid = {key: tie for key, tie in sites.items() if isinstance(tie, Tie) and component.interface[key].tie == "rbe2"}
-    rigid |= rigid_ties(mesh, rigid)
-    return sites, acting, (model, *made_rigid(model, rigid, f"{scene_key}.interface"))
-
-
-def _loads_of(acting: Mapping[str, _Acting]) -> set[str]:
+def _loads_of(acting: Mapping[str, Acting]) -> set[str]:
     """Return the names of the interfaces that are loads."""
     return {key for key, item in acting.items() if isinstance(item.at, LoadRows)}
 
@@ -237,7 +189,7 @@ def _coupled(
     models: tuple[FEModel, FEModel, sparse.csr_matrix],
     shapes: np.ndarray,
     component: Component,
-    acting: dict[str, _Acting],
+    acting: dict[str, Acting],
     modes: dict[str, InterfaceModes | TractionModes | LoadModes],
     *,
     turns: bool,
@@ -258,7 +210,7 @@ def _stressed(
     models: tuple[FEModel, FEModel, sparse.csr_matrix],
     shapes: np.ndarray,
     component: Component,
-    acting: dict[str, _Acting],
+    acting: dict[str, Acting],
     modes: dict[str, InterfaceModes | TractionModes | LoadModes],
     *,
     requested: tuple[bool, bool],
@@ -287,7 +239,9 @@ def _stressed(
     return K[: weights.shape[1]] if weighs else None
 
 
-def _reduced(model: FEModel, contact: ContactRows, component: Component, scene_key: str) -> Reduction:
+def _reduced(
+    model: FEModel, contact: ContactRows, component: Component, method: Method | None, scene_key: str
+) -> Reduction:
     """Run the reduction, and evaluate the reaction at the reference surface if one is given."""
     settings = component.modes
     if settings.reduction != "rigid" and settings.normal_count > (limit := largest_count(model)):
@@ -299,7 +253,7 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, scene_k
     if settings.reference is not None:
         reference = surface_nodes(model.mesh, settings.reference, f"{scene_key}.modes.reference")
     try:
-        reduction = REDUCTIONS[settings.reduction](model, contact, settings)
+        reduction = (method or REDUCTIONS[settings.reduction])(model, contact, settings)
     except InputError as error:
         raise InputError(f"{scene_key}.{error}") from None
     except StageError as error:
@@ -308,90 +262,6 @@ def _reduced(model: FEModel, contact: ContactRows, component: Component, scene_k
         return reduction
     reaction = reference_reaction(model, reduction, reference)
     return replace(reduction, quality=reduction.quality | {"reference_reaction": reaction})
-
-
-def _places(mesh: MeshRecord, component: Component, scene_key: str) -> dict[str, ContactPoints | TractionSpace | Tie]:
-    """Find the interfaces on the mesh, so that incorrect ones are refused before matrices are assembled."""
-    sites = {
-        key: PLACE_FINDERS[interface.kind](mesh, interface, f"{scene_key}.{key}")
-        for key, interface in sorted(component.interface.items())
-        if interface.kind in PLACE_FINDERS
-    }
-    tractions = {key: site for key, site in sites.items() if isinstance(site, TractionSpace)}
-    refuse_too_many(tractions, scene_key)
-    refuse_unresolved(tractions, scene_key)
-    return sites
-
-
-def _acting(
-    sites: Mapping[str, ContactPoints | TractionSpace | Tie],
-    component: Component,
-    model: FEModel,
-    rubbed: Collection[str],
-    scene_key: str,
-) -> dict[str, _Acting]:
-    """Return the interfaces of a component on its model, by name in order; `scene_key` is the key of all of them."""
-    acting = {}
-    for name, interface in sorted(component.interface.items()):
-        interface_rows = _on_model(
-            sites.get(name), interface, model, component.modes.static_count, f"{scene_key}.{name}"
-        )
-        if name in rubbed and isinstance(interface_rows.at, ContactPoints | TractionSpace):
-            interface_rows = replace(
-                interface_rows, tangential=rows_across(model, interface, interface_rows.at, f"{scene_key}.{name}")
-            )
-        acting[name] = interface_rows
-    return acting
-
-
-def _on_model(
-    site: ContactPoints | TractionSpace | Tie | None, interface: Interface, model: FEModel, count: int, scene_key: str
-) -> _Acting:
-    """Return the rows of B of an interface; of a surface of contact `count` pressure fields and the smooth ones, of a
-    load its unit forces."""
-    if isinstance(site, ContactPoints):
-        rows = normal_rows(model, interface, site)
-        if model.rotations.any() and not np.abs(rows.data).max(initial=0.0) > 0:
-            raise InputError(
-                f"{scene_key}.surface: '{interface.surface}' given, the beam does not move along its normal; use"
-                f" {interface.surface}-top or {interface.surface}-bottom"
-            )
-        coordinates = surface_coordinates(site.points, find_surface(model.mesh, interface.surface, scene_key).shape)
-    elif isinstance(site, TractionSpace):
-        rows, coordinates = site.rows(model), site.centres
-    else:
-        load = tie_rows(model, site) if site else load_rows(model, interface, scene_key)
-        count = load.B.shape[0]
-        return _Acting(load, load.B, np.empty((count, 0)), np.eye(count))
-    fields, smooth = (pressure_fields(coordinates, site.areas, k) for k in (count, SMOOTH))
-    return _Acting(site, rows, fields, smooth)
-
-
-def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, constrained: Collection[str] = ()) -> ContactRows:
-    """Return the rows of all interfaces as one matrix, then the tangential ones, over the dofs that `spread` keeps.
-
-    Args:
-        constrained: Interfaces each row of which gets a static shape.
-    """
-    across = {name: a.tangential.B for name, a in acting.items() if a.tangential is not None}
-    blocks = [*(a.rows for a in acting.values()), *across.values()]
-    B = sparse.vstack([sparse.csr_matrix((0, spread.shape[0])), *blocks], format="csr")
-    ends = [int(end) for end in np.cumsum([0, *(block.shape[0] for block in blocks)])]
-    spans = [list(span) for span in pairwise(ends)]
-    fields, smooth = (
-        linalg.block_diag(np.empty((0, 0)), *fields_of, np.empty((ends[-1] - ends[len(acting)], 0)))
-        for fields_of in (
-            [np.eye(a.rows.shape[0]) if name in constrained else a.fields for name, a in acting.items()],
-            [a.smooth for a in acting.values()],
-        )
-    )
-    loads = np.zeros(ends[-1], bool)
-    for a, span in zip(acting.values(), spans, strict=False):
-        loads[slice(*span)] = isinstance(a.at, LoadRows)
-    return ContactRows(
-        sparse.csr_matrix(B @ spread), fields, dict(zip(acting, spans, strict=False)), smooth,
-        dict(zip(across, spans[len(acting) :], strict=True)), loads=loads,
-    )  # fmt: skip
 
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:

@@ -8,14 +8,19 @@ from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.reading import find_file
 
 
-def moved_surface(component: Component, folder: Path, name: str) -> tuple[str, Path | None] | None:
+def moved_surface(
+    component: Component, folder: Path, name: str, key: str = "profile"
+) -> tuple[str, Path | None] | None:
     """Return the surface that a component's profile moves, and its table if any; None without table and offset.
+
+    Args:
+        key: The profile's key in the change, for messages.
 
     Raises:
         InputError: the table is neither in the scene's folder nor in the current one; or no surface is named and the
             component has no interface; or the surface carries a traction space.
     """
-    profile, owner = component.change.profile, f"component.{name}.change.profile"
+    profile, owner = component.change.profile, f"component.{name}.change.{key}"
     path = None if profile.table is None else find_file(profile.table, folder, f"{owner}.table")
     if path is None and profile.offset == 0:
         return None
@@ -35,13 +40,15 @@ def moved_surface(component: Component, folder: Path, name: str) -> tuple[str, P
     return surface, path
 
 
-def deviation_of(component: Component, folder: Path, name: str) -> tuple[str, ProfileTable | float] | None:
+def deviation_of(
+    component: Component, folder: Path, name: str, key: str = "profile"
+) -> tuple[str, ProfileTable | float] | None:
     """Return the surface that a component's profile moves, and its deviation [m]; None without table and offset.
 
     Raises:
         InputError: see `moved_surface` and `read_profile`.
     """
-    if (moved := moved_surface(component, folder, name)) is None:
+    if (moved := moved_surface(component, folder, name, key)) is None:
         return None
     (surface, path), profile = moved, component.change.profile
     if path is None:

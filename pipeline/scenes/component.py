@@ -1,5 +1,6 @@
 """The `component` tables of a scene: geometry, material, mesh, supports, interfaces, gauges, modes and change."""
 
+import math
 from typing import Literal
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -24,6 +25,10 @@ RESOLVED = 0.6
 """Modes per quadratic element of a bar whose frequencies have a discretisation error below 1 %."""
 LINES = ("beam", "frame")
 """Geometries whose gauges are at stations."""
+MOST_DESIGNS = 5
+"""Stored designs of which others are computed. With more of them projecting is as dear as new modes."""
+EXTRA_MODES = 1.25
+"""Modes of a stored design over those of a design: modes change places within ten per cent of a wall."""
 NORMAL_MODES = ("macneal", "normal+static", "fixed-reference", "rubin")
 """Reductions to normal modes."""
 
@@ -55,14 +60,30 @@ class Profile(Strict):
 class Change(Strict):
     """A design change, and whether the modes are computed again."""
 
-    update: Literal["reuse", "recompute"] = Field(
-        default="reuse", description="reuse: nodes move, modes are kept; recompute: modes of the moved mesh"
+    update: Literal["reuse", "certified", "recompute"] = Field(
+        default="reuse",
+        description="reuse: nodes move, modes are kept; certified: modes of the moved mesh from those of `designs`, by"
+        " the cheapest way whose estimated errors are within the tolerance; recompute: modes of the moved mesh",
     )
     tolerance: PositiveRatio = Field(
         default=0.02,
-        description="Estimated relative change of frequencies or contact compliance above which reuse is refused",
+        description="Of reuse, the estimated relative change of frequencies or contact compliance above which it is"
+        " refused; of certified modes, their largest estimated relative error of frequencies and compliances",
     )
     profile: Profile = Field(default=Profile.model_construct(), description="By how much a surface moves")
+    designs: tuple[Profile, ...] = Field(
+        default=(),
+        max_length=MOST_DESIGNS,
+        description="Profiles of stored designs that certified modes are computed from; {} is the part as it is meshed,"
+        " which is the default",
+    )
+
+    @property
+    def stored(self) -> tuple[Profile, ...]:
+        """Profiles of the stored designs; each moves the surface that the change itself moves by default."""
+        surface = self.profile.surface
+        profiles = self.designs or (Profile(),)
+        return tuple(p if p.surface is not None else p.model_copy(update={"surface": surface}) for p in profiles)
 
 
 class PointMass(Strict):
@@ -163,10 +184,27 @@ class Component(Meshed):
     def _can_move(cls, value: Change, info: ValidationInfo) -> Change:
         if _kind(info) == "matrices" and (value.profile.table is not None or value.profile.offset != 0):
             raise ValueError("profile given; the matrices of another program do not follow a moved surface")
+        if value.designs and value.update != "certified":
+            raise ValueError(f"designs given; allowed with update 'certified', not '{value.update}'")
+        modes = info.data.get("modes")
+        if value.update == "certified" and modes is not None and (modes.reduction != "macneal" or modes.swap):
+            raise ValueError(
+                "update 'certified' given; allowed with modes.reduction = 'macneal' without modes.swap; use 'recompute'"
+            )
         moves = value.profile.table is not None or value.profile.offset != 0
         if moves and value.update == "reuse" and info.data.get("point_mass"):
             raise ValueError("update 'reuse' given; with point masses a moved surface needs update 'recompute'")
         return value
+
+    @property
+    def stored_designs(self) -> tuple["Component", ...]:
+        """The designs that certified modes are computed from; empty for any other update."""
+        change = self.change
+        if change.update != "certified":
+            return ()
+        modes = self.modes.model_copy(update={"normal_count": math.ceil(EXTRA_MODES * self.modes.normal_count)})
+        changes = (Change(update="recompute", profile=profile) for profile in change.stored)
+        return tuple(self.model_copy(update={"change": design, "modes": modes}) for design in changes)
 
     @field_validator("modes")
     @classmethod

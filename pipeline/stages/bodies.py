@@ -20,7 +20,7 @@ from gudgeon.pipeline.stages.base import PLOT
 from gudgeon.pipeline.stages.change import change_estimates, refuse_reuse
 from gudgeon.pipeline.stages.folder import held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
-from gudgeon.pipeline.stages.keys.products import STAGES, Product, sensitivity_product
+from gudgeon.pipeline.stages.keys.products import DESIGNS, STAGES, Product, sensitivity_product
 from gudgeon.pipeline.stages.make import check_finite, keep, scene_name
 from gudgeon.pipeline.stages.notes.facts import facts_of
 from gudgeon.pipeline.stages.notes.frequencies import frequency_rows
@@ -65,18 +65,32 @@ def make_mesh(job: Job, product: Product, tell: Progress) -> "MeshRecord":
         return build_mesh(component, job.folder, product.name)
     from gudgeon.pipeline.design_change.morph import moved_mesh
 
-    movement = movement_of(component, job.folder, product.name)
+    moved = [(component, "profile")] if product.key == steps["mesh"].key else []
+    moved += [(d, f"{DESIGNS}.{n}") for n, d in enumerate(component.stored_designs)
+              if product.key == steps[f"{DESIGNS}.{n} mesh"].key]  # fmt: skip
+    movement = movement_of(moved[0][0], job.folder, product.name, moved[0][1])
     assert movement is not None
     return moved_mesh(job.store.get(steps["base-mesh"].key, "mesh"), movement)
 
 
 def make_modes(job: Job, product: Product, tell: Progress) -> "ModalRecord":
     """Return the modes of a component. Heavy libraries are imported here, where they are needed."""
+    from gudgeon.pipeline.reduction.designs import method_of
     from gudgeon.pipeline.reduction.reduce import reduce_component
 
-    name, key = product.name, job.components()[product.name]["mesh"].key
-    mesh = job.store.get(key, "mesh")
-    return reduce_component(mesh, key, job.scene.component[name], name, **job.scene.reduced_with(name))
+    name, component = product.name, job.scene.component[product.name]
+    steps, requested, method = job.components()[name], job.scene.reduced_with(name), None
+    for n, design in enumerate(component.stored_designs):
+        if product.key == steps[f"{DESIGNS}.{n} modes"].key:
+            component = design
+    if DESIGNS in product.inputs:
+        stored = [
+            (steps[f"{DESIGNS}.{n} mesh"].key, steps[f"{DESIGNS}.{n} modes"].key)
+            for n in range(len(component.stored_designs))
+        ]
+        method = method_of(job.store, stored, component, name, **requested)
+    mesh = job.store.get(key := product.inputs["mesh"], "mesh")
+    return reduce_component(mesh, key, component, name, **requested, method=method)
 
 
 def make_morph(job: Job, product: Product, tell: Progress) -> "MorphRecord":
@@ -89,10 +103,10 @@ def make_morph(job: Job, product: Product, tell: Progress) -> "MorphRecord":
     component, steps = job.scene.component[name], job.components()[name]
     movement = movement_of(component, job.folder, name)
     keys = (steps["mesh"].key, steps["modes"].key)
-    if movement is None or component.change.update == "recompute":
+    if movement is None or component.change.update != "reuse":
         needed = ["mass", "centre", "inertia", "rigid_twists", *(f"interfaces/{i}/points" for i in component.interface)]
         modal = job.store.get(keys[1], "modes", only=needed)
-        return morph.own_modes(*keys, modal, "none" if movement is None else "recompute")
+        return morph.own_modes(*keys, modal, "none" if movement is None else component.change.update)
 
     def kept(find: Callable[[], "SensitivityRecord"]) -> "SensitivityRecord":
         derivatives = sensitivity_product(name, steps["modes"])

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.job import Job
@@ -22,6 +24,24 @@ def change_estimates(job: Job) -> dict[str, dict[str, Any]]:
     return estimates_of
 
 
+def certified_text(design: Mapping[str, Any]) -> str:
+    """Return how certified modes were computed and their estimated errors, as text.
+
+    Args:
+        design: Entry `DESIGN` of the quality of their record.
+    """
+    stored = f"{len(design['designs'])} stored design{'s' if len(design['designs']) > 1 else ''}"
+    if design["way"] == "recompute":
+        return f"modes are recomputed: from {stored} no way is within the tolerance"
+    steps = f" in {design['steps']} step{'s' if design['steps'] > 1 else ''}" if design["steps"] else ""
+    errors = [f"{np.abs(design['frequency_errors']).max(initial=0.0):.1e} in frequency"]
+    if compliances := design["compliance_errors"]:
+        name = max(compliances, key=lambda n: abs(compliances[n]))
+        errors.append(f"{abs(compliances[name]):.1e} in compliance (interface '{name}')")
+    errors.append(f"{design['row_error']:.1e} in that of random forces")
+    return f"modes by '{design['way']}'{steps} from {stored}; estimated errors: {', '.join(errors)}"
+
+
 def refuse_reuse(job: Job) -> None:
     """Raise an InputError where an estimated change of a component that reuses modes is above its tolerance."""
     for name, entry in change_estimates(job).items():
@@ -30,7 +50,8 @@ def refuse_reuse(job: Job) -> None:
             with named(job.path, InputError):
                 raise InputError(
                     f"{change}.update: 'reuse' given, the profile is estimated to change {change_text(entry)}; allowed:"
-                    f" {change}.tolerance = {allowed:.2%}; use update = 'recompute', or a larger tolerance"
+                    f" {change}.tolerance = {allowed:.2%}; use update = 'certified' or 'recompute', or a larger"
+                    " tolerance"
                 )
 
 

@@ -57,7 +57,11 @@ def build_mesh(component: Meshed, folder: Path, name: str, table: str = "compone
     return mesh
 
 
-def movement_of(component: Component, folder: Path, name: str) -> Movement | None:
-    """Return the movement of a component's surface [m]; None if the scene has neither table nor offset."""
-    moved = deviation_of(component, folder, name)
-    return None if moved is None else Movement(*moved, f"component.{name}.change.profile")
+def movement_of(component: Component, folder: Path, name: str, key: str = "profile") -> Movement | None:
+    """Return the movement of a component's surface [m]; None if the profile has neither table nor offset.
+
+    Args:
+        key: The profile's key in the change, for messages.
+    """
+    moved = deviation_of(component, folder, name, key)
+    return None if moved is None else Movement(*moved, f"component.{name}.change.{key}")

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from tests.mutants.fault import Fault, faults
 
 MORPH = ["tests/pipeline/design_change/test_morph.py"]
+WAYS = ["tests/pipeline/design_change/test_ways.py"]
 ESTIMATE = ["tests/pipeline/design_change/test_estimate.py"]
 REDUCTION = ["tests/pipeline/reduction/test_completed.py", "tests/pipeline/reduction/test_reductions.py",
              "tests/contracts/test_reductions.py"]  # fmt: skip
@@ -45,6 +46,23 @@ PYTHON: list[Fault] = [
          "fixed = np.empty(0, int)"),
         ("surface = Surface(moved.facets, moved.shape | {\"profiled\": True})", "surface = moved"),
         ("deviation(height, angle)[:, None]", "deviation(angle, height)[:, None]"),
+    ),
+    *faults(
+        "designs", "pipeline/design_change/family.py", WAYS,
+        ("np.array([1 - weights.sum(), *weights])", "np.array([1.0, *(0 * weights)])"),
+        ("outside = self._outside if extension is None else self._beyond(extension)", "outside = self._outside"),
+        ("rows[slice(*modal.tangential_spans[name])] = item.tangential_rows.reshape(-1, rows.shape[1])",
+         "rows[slice(*modal.tangential_spans[name])] = 0"),
+    ),
+    *faults(
+        "designs", "pipeline/design_change/ways/__init__.py", WAYS,
+        ("values[: target.count]) - 1", "values[: target.count]) * 0"),
+        ("if errors.largest <= tolerance:", "if errors.frequencies.max() <= tolerance:"),
+    ),
+    *faults(
+        "designs", "pipeline/design_change/ways/inverse.py", WAYS,
+        ("return S + S.T - Y.T @ (F - R)", "return S"),
+        ("direction = Z + direction * (product / size if step else 0.0)", "direction = Z"),
     ),
     *faults(
         "estimates", "pipeline/design_change/estimate.py",

@@ -19,7 +19,9 @@ from gudgeon.pipeline.reduction.methods.ritz import ritz
 from gudgeon.pipeline.reduction.methods.row_craig_bampton import row_craig_bampton
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
-REDUCTIONS: dict[str, Callable[[FEModel, ContactRows, ModesSettings], Reduction]] = {
+Method = Callable[[FEModel, ContactRows, ModesSettings], Reduction]
+
+REDUCTIONS: dict[str, Method] = {
     "macneal": macneal,
     "normal+static": normal_static,
     "craig-bampton": craig_bampton,

@@ -5,8 +5,9 @@ projection onto their span. The static flexibility that they lack is therefore R
 semidefinite, whether they are normal modes or not.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,11 @@ class ContactRows:
     """Body forces whose static shape is kept besides, by unit gravity along some directions [N s²/m], (dofs, k)."""
     loads: np.ndarray | None = None
     """Which rows are those of loads and ties, (c,); None: none is."""
+
+    @property
+    def wanted(self) -> np.ndarray:
+        """Contact forces of the smooth pressures, (c, k); (c, 0) if none are."""
+        return np.empty((self.B.shape[0], 0)) if self.smooth is None else self.smooth
 
     def dofs(self, interface: str | None = None) -> np.ndarray:
         """Return the dofs on which a row of one interface, or any row, is not zero, (k,), ascending."""
@@ -109,12 +115,31 @@ def completed(
     Raises:
         StageError: shapes are not orthogonal, or R is not symmetric and positive semidefinite.
     """
-    smooth = np.empty((rows.B.shape[0], 0)) if rows.smooth is None else rows.smooth
-    residual = residual_shapes(model, rows.B, modes, np.column_stack([rows.pressures, smooth]), flexibility)
+    residual = residual_shapes(model, rows.B, modes, np.column_stack([rows.pressures, rows.wanted]), flexibility)
+    sagging = sagging_shapes(model, rows, modes, _weighed(model, rows, flexibility))
+    errors = partial(_shape_errors, model, flexibility)
+    return with_static(model, rows, modes, residual, sagging, errors)
+
+
+def with_static(
+    model: FEModel,
+    rows: ContactRows,
+    modes: NormalModes,
+    residual: Residual,
+    sagging: np.ndarray,
+    shape_errors: Callable[[np.ndarray, np.ndarray], list[float]],
+) -> Reduction:
+    """Return modes with static correction shapes, and R; see `completed`.
+
+    Args:
+        residual: With the fields of pressures and of what else is wanted.
+        sagging: Residual displacement under weights that get a shape, (dofs, k).
+        shape_errors: Of frequencies (k,) and shapes (dofs, k) that are no proven normal modes.
+    """
+    smooth = rows.wanted
     carried = (rows.B @ modes.Phi) / modes.angular_frequencies**2
     responses = residual.fields[:, rows.pressures.shape[1] :] + modes.Phi @ (carried.T @ smooth)
     lacking = _lacking(rows, modes, residual)
-    sagging = _sagging(model, rows, modes, flexibility)
     residual = replace(residual, fields=np.column_stack([residual.fields[:, lacking], sagging]))
     static = static_shapes(model, rows.B, residual)
     Phi = np.column_stack([modes.Phi, static.Phi])
@@ -131,7 +156,7 @@ def completed(
     R, lowest_eigenvalue = _definite(static.residual_flexibility, residual.scale, _noise(model, frequencies))
     quality = modes.quality | {
         "basis_orthogonality": orthogonality,
-        SHAPE_ERRORS: _shape_errors(model, frequencies[proven:], Phi[:, proven:], flexibility),
+        SHAPE_ERRORS: shape_errors(frequencies[proven:], Phi[:, proven:]),
         "static_dropped": rows.pressures.shape[1] + sagging.shape[1] - static.Phi.shape[1],
         "residual_lowest_eigenvalue": lowest_eigenvalue,
     }
@@ -139,7 +164,7 @@ def completed(
 
 
 def _shape_errors(
-    model: FEModel, frequencies: np.ndarray, shapes: np.ndarray, flexibility: Flexibility | None
+    model: FEModel, flexibility: Flexibility | None, frequencies: np.ndarray, shapes: np.ndarray
 ) -> list[float]:
     """Return (ω − ω')/ω of shapes (dofs, k), ω' from Rayleigh's quotient of x = G M φ, one inverse iteration, (k,).
 
@@ -158,14 +183,22 @@ def _shape_errors(
     return np.clip(1 - np.sqrt(work / mass) / frequencies, 0.0, 1.0).tolist()
 
 
-def _sagging(model: FEModel, rows: ContactRows, modes: NormalModes, flexibility: Flexibility | None) -> np.ndarray:
-    """Return the static displacement under weights that kept shapes lack, where it does more work than `SAGS`."""
+def _weighed(model: FEModel, rows: ContactRows, flexibility: Flexibility | None) -> np.ndarray:
+    """Return the static displacement under weights, (dofs, k)."""
     if rows.weights is None or not rows.weights.shape[1]:
         return np.empty((len(model.held), 0))
     factor = flexibility or Flexibility(model)
     u_static = factor.solve(rows.weights)
     if flexibility is None:
         factor.free()
+    return u_static
+
+
+def sagging_shapes(model: FEModel, rows: ContactRows, modes: NormalModes, u_static: np.ndarray) -> np.ndarray:
+    """Return what kept shapes lack of the static displacement under weights (dofs, k), where it does more work than
+    `SAGS`."""
+    if rows.weights is None or not u_static.shape[1]:
+        return u_static
     if "ritz_dropped" in modes.quality:
         u_residual = u_static - (modes.Phi / modes.angular_frequencies**2) @ (modes.Phi.T @ rows.weights)
     else:

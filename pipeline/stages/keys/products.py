@@ -32,6 +32,8 @@ LIBRARIES = {
     "report": (),
     **dict.fromkeys(("field", "poses", "posegrid"), ("numpy", "scipy")),
 }
+DESIGNS = "designs"
+"""Entry of the inputs of modes that are computed from those of stored designs: their keys."""
 SHAPING = ("mesh", "material", "interface", "supports", "point_mass")
 """Inputs of modes on which full FE depends too."""
 
@@ -61,9 +63,10 @@ def component_products(
     held: Sequence[str] = (),
     stressed: bool = False,
 ) -> dict[str, Product]:
-    """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`.
+    """Return a component's products by step: `base-mesh`, `mesh`, `modes`, `morph`, and before `mesh` the meshes and
+    modes of the designs that its modes are computed from, `designs.0 mesh`, `designs.0 modes` and so on.
 
-    The modes are those of `mesh`: the base mesh, or the moved one on update `recompute`. Relative paths start at the
+    The modes are those of `mesh`: the base mesh on update `reuse`, else the moved one. Relative paths start at the
     scene's folder.
 
     Args:
@@ -79,29 +82,42 @@ def component_products(
     """
     base = mesh_product(name, component, folder)
     change = _profile(component, folder, name)
-    recompute = bool(change) and component.change.update == "recompute"
-    moved = {"base": base.key, "profile": change, "morph": code_digests()["morph"]}
-    mesh = product("mesh", name, moved) if recompute else base
+    moves = bool(change) and component.change.update != "reuse"
+    mesh = _moved_mesh(name, base, change) if moves else base
     requested = {
         "friction_on": list(rubbed), "gravity_along": [list(d) for d in pulled], "turns": turns,
         "crossed": list(crossed or ()), "held": list(held), "stressed": stressed,
         "point_mass": {key: item.model_dump(mode="json") for key, item in component.point_mass.items()},
     }  # fmt: skip
-    modes = product(
-        "modes", name,
-        {
-            "mesh": mesh.key,
-            "material": component.material.model_dump(mode="json") if component.material is not None else None,
-            "interface": {key: item.model_dump(mode="json") for key, item in component.interface.items()},
-            "supports": _supports(component),
-            "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
-            "modes": component.modes.model_dump(mode="json"),
-        }
-        | {key: value for key, value in requested.items() if value},
-    )  # fmt: skip
+    shared = _shaping(component) | {key: value for key, value in requested.items() if value}
+    stored, designs = {}, component.stored_designs if change else ()
+    for n, design in enumerate(designs):
+        stored_mesh = _moved_mesh(name, base, profile) if (profile := _profile(design, folder, name, n)) else base
+        settings = {"modes": design.modes.model_dump(mode="json")}
+        stored[f"{DESIGNS}.{n} mesh"] = stored_mesh
+        stored[f"{DESIGNS}.{n} modes"] = product("modes", name, shared | settings | {"mesh": stored_mesh.key})
+    settings = {"modes": component.modes.model_dump(mode="json")}
+    if designs:
+        keys = [stored[f"{DESIGNS}.{n} modes"].key for n in range(len(designs))]
+        settings |= {DESIGNS: keys, "tolerance": component.change.tolerance}
+    modes = product("modes", name, shared | settings | {"mesh": mesh.key})
     update = component.change.update if change else "none"
     morph = product("morph", name, {"modes": modes.key, "update": update, "profile": change})
-    return {"base-mesh": base, "mesh": mesh, "modes": modes, "morph": morph}
+    return {"base-mesh": base, **stored, "mesh": mesh, "modes": modes, "morph": morph}
+
+
+def _moved_mesh(name: str, base: Product, profile: dict[str, Any]) -> Product:
+    return product("mesh", name, {"base": base.key, "profile": profile, "morph": code_digests()["morph"]})
+
+
+def _shaping(component: Component) -> dict[str, Any]:
+    """Return what modes of a component depend on besides its mesh and the reduction, as JSON."""
+    return {
+        "material": component.material.model_dump(mode="json") if component.material is not None else None,
+        "interface": {key: item.model_dump(mode="json") for key, item in component.interface.items()},
+        "supports": _supports(component),
+        "gauge": {key: item.model_dump(mode="json") for key, item in component.gauge.items()},
+    }
 
 
 def sensitivity_product(name: str, modes: Product) -> Product:
@@ -175,8 +191,10 @@ def _geometry(meshed: Meshed, folder: Path, table: str) -> dict[str, Any]:
     return described
 
 
-def _profile(component: Component, folder: Path, name: str) -> dict[str, Any]:
-    if (moved := moved_surface(component, folder, name)) is None:
+def _profile(component: Component, folder: Path, name: str, design: int | None = None) -> dict[str, Any]:
+    """Return a component's profile, or that of one of its stored designs by number, as inputs; empty without one."""
+    key = "profile" if design is None else f"{DESIGNS}.{design}"
+    if (moved := moved_surface(component, folder, name, key)) is None:
         return {}
     (surface, table), profile = moved, component.change.profile
     inputs = {"surface": surface, "offset": profile.offset}

@@ -22,7 +22,7 @@ from gudgeon.solver.source_state import PACKAGES, ROOT, kept_digests
 BODIES, FIELD, WHEEL = "pipeline.stages.bodies", "pipeline.applications.electrostatics", "pipeline.applications.wheel"
 RECORDS = {
     "mesh": ("pipeline.stages.mesh", "pipeline.design_change.morph", f"{BODIES}:make_mesh"),
-    "modes": ("pipeline.reduction.reduce", f"{BODIES}:make_modes"),
+    "modes": ("pipeline.reduction.reduce", "pipeline.reduction.designs", f"{BODIES}:make_modes"),
     "morph": ("pipeline.design_change.morph", "pipeline.design_change.design", "pipeline.stages.mesh",
               f"{BODIES}:make_morph"),
     "solve": ("solver.system.compile", "solver.simulate", f"{BODIES}:make_run"),

@@ -39,6 +39,7 @@ NOTES: Mapping[str, Note] = {
     "mesh error": Note(estimates.mesh, "solve"),
     "grid error": Note(estimates.grid, "solve"),
     "reused modes": Note(scene.reused_modes, "morph"),
+    "certified modes": Note(scene.certified_modes, "modes"),
     "coarse meshes": Note(frequencies.coarse, "mesh"),
     "coarse volumes": Note(frequencies.volumes, "mesh"),
     "parted modes": Note(frequencies.parted, "mesh"),

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gudgeon.pipeline.stages.change import change_estimates, change_text
+from gudgeon.modaldb.records.modes import DESIGN
+from gudgeon.pipeline.stages.change import certified_text, change_estimates, change_text
 from gudgeon.pipeline.stages.notes.facts import Facts, Parts
 from gudgeon.solver.joints.clearance import Clearance
 
@@ -63,6 +64,14 @@ def laws(facts: Facts) -> Iterator[str]:
     for member, law in by_member.items():
         if law is not None and (text := law.warning()) is not None:
             yield f"{member}.law: {text}"
+
+
+def certified_modes(facts: Facts) -> Iterator[str]:
+    """Yield a line for each component with modes from stored designs: the way that was taken and its errors."""
+    for name, record in facts.modes.items():
+        if (design := record.quality.get(DESIGN)) is not None:
+            allowed = facts.job.scene.component[name].change.tolerance
+            yield f"component.{name}.change: {certified_text(design)}; tolerance: {allowed:.2%}"
 
 
 def reused_modes(facts: Facts) -> Iterator[str]:

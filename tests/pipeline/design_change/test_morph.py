@@ -1,5 +1,6 @@
 """Design changes: what moves, what is refused, and that nothing is factorised."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -75,6 +76,17 @@ def test_table_that_inverts_elements_is_refused_with_the_element(skirt_mesh: Mes
         InputError, match=r"change\.profile\.table: the profile inverts \d+ elements, the worst is element"
     ):
         move_nodes(skirt_mesh, movement(barrel(0.02)))
+
+
+def test_the_share_that_inverts_nothing_is_the_largest(skirt_mesh: MeshRecord) -> None:
+    offset = -0.02
+    with pytest.raises(InputError, match="inverts") as refused:
+        move_nodes(skirt_mesh, movement(offset))
+    (share,) = re.findall(r"allowed: up to ([\d.]+) % of these deviations", str(refused.value))
+    assert 0 < float(share) < 100
+    move_nodes(skirt_mesh, movement(float(share) / 100 * offset))
+    with pytest.raises(InputError, match="inverts"):
+        move_nodes(skirt_mesh, movement((float(share) + 0.3) / 100 * offset))
 
 
 def test_profile_needs_a_cylinder(skirt_mesh: MeshRecord) -> None:

@@ -49,7 +49,8 @@ def test_a_large_change_is_refused_in_one_line(place: Path, capsys: pytest.Captu
     )
     assert "compliance by up to +1" in line
     assert line.endswith(
-        "allowed: component.skirt.change.tolerance = 2.00%; use update = 'recompute', or a larger tolerance"
+        "allowed: component.skirt.change.tolerance = 2.00%; use update = 'certified' or 'recompute', or a larger"
+        " tolerance"
     )
     assert not (place / "none" / "summary.json").exists()
 

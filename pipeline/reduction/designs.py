@@ -1,0 +1,67 @@
+"""Reduction of a design from stored ones of the same mesh: what a process keeps of these, and which parts it is for."""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from gudgeon.modaldb.stores.base import Store
+from gudgeon.pipeline.design_change.family import Family
+from gudgeon.pipeline.design_change.projection import Target
+from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cells import cell_of
+from gudgeon.pipeline.reduction.acting import assembled, stacked
+from gudgeon.pipeline.reduction.couplings import weights_along
+from gudgeon.pipeline.reduction.methods import Method
+from gudgeon.pipeline.reduction.methods.carried import carried_macneal, target_of
+from gudgeon.pipeline.scenes.component import Component
+
+KEPT = 2
+"""Families that a process keeps: all designs of a study have the same one for each component."""
+_FAMILIES: OrderedDict[tuple[Any, ...], Family] = OrderedDict()
+
+
+def method_of(
+    store: Store, stored: Sequence[tuple[str, str]], component: Component, name: str, **requested: Any
+) -> Method:
+    """Return the reduction of a component from stored designs, which are in the database.
+
+    Args:
+        stored: Keys of the mesh and of the modes of each stored design.
+        name: The component's name in the scene, for messages.
+        requested: See `reduce_component`.
+
+    Raises:
+        InputError: the part is not one whose displacements can be carried over.
+    """
+    designs = component.stored_designs
+    base = store.get(stored[0][1], "modes")
+
+    def family() -> Family:
+        pairs = zip(stored, designs, strict=True)
+        targets = [_target(store, keys[0], design, name, requested) for keys, design in pairs]
+        return Family(targets, [base, *(store.get(keys[1], "modes") for keys in stored[1:])])
+
+    keys = (store.location, *stored)
+    members = _FAMILIES.get(keys) or family()
+    _FAMILIES[keys] = members
+    _FAMILIES.move_to_end(keys)
+    while len(_FAMILIES) > KEPT:
+        _FAMILIES.popitem(last=False)
+    return carried_macneal(members, base, [keys[1] for keys in stored], component.change.tolerance)
+
+
+def _target(store: Store, mesh_key: str, design: Component, name: str, requested: dict[str, Any]) -> Target:
+    """Return the body of a stored design."""
+    mesh, scene_key = store.get(mesh_key, "mesh"), f"component.{name}"
+    if not cell_of(mesh).solid or "incompatible" in mesh.formulations or mesh.attachments or mesh.relations:
+        raise InputError(
+            f"{scene_key}.change.update: 'certified' given; allowed for solids without incompatible modes, and without"
+            " masses, couplings, springs and ties of a deck; use 'recompute'"
+        )
+    _, acting, (model, tied, spread) = assembled(mesh, design, scene_key, requested["rubbed"])
+    if tied is not model:
+        raise InputError(f"{scene_key}.change.update: 'certified' given; allowed without rigid ties; use 'recompute'")
+    rows = stacked(acting, spread, requested["held"])
+    rows = replace(rows, weights=spread.T @ weights_along(model, requested["pulled"]))
+    return target_of(tied, rows, design.modes.normal_count)
