@@ -44,7 +44,7 @@ def run_command(options: argparse.Namespace) -> int:
     else:
         _print_run(report)
     if report.result == STOPPED:
-        print(f"gudgeon: {path}: {report.reason}; run the same command again to start anew", file=sys.stderr)
+        print(f"gudgeon: {path}: {report.reason}; run the same command again to go on", file=sys.stderr)
         return INTERRUPTED
     if report.reason is not None:
         print(f"gudgeon: {path}: the run failed: {report.reason}", file=sys.stderr)

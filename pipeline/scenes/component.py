@@ -5,7 +5,9 @@ from typing import Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
+from gudgeon.pipeline.geometry.cad.part import SKIN, Places
 from gudgeon.pipeline.geometry.matrices.part import FILES, Matrices
+from gudgeon.pipeline.geometry.mesh_estimate import NODES
 from gudgeon.pipeline.geometry.numbers import Point
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.scenes.gauge import Gauge
@@ -33,9 +35,13 @@ class MeshSettings(Strict):
 
     size: Length | None = Field(
         default=None,
-        description="Edge length of the elements [m] (default of bars: a 600th of the length); not used for mesh files"
-        " and rigid bodies",
+        description="Edge length of the elements [m] (default of bars: a 600th of the length; of CAD parts: by nodes);"
+        " not used for mesh files and rigid bodies",
     )
+    nodes: int = Field(
+        default=NODES, ge=1000,
+        description="Nodes of the mesh of a CAD part at most, from which its size follows where it is left out",
+    )  # fmt: skip
 
 
 class Profile(Strict):
@@ -100,6 +106,11 @@ class Meshed(Strict):
         keys = FILES if isinstance(self.geometry, Matrices) else ("path",)
         return {key: name for key in keys if (name := getattr(self.geometry, key, None)) is not None}
 
+    @property
+    def places(self) -> Places | None:
+        """Where something acts on the part; None where that is not known, so that it is everywhere."""
+        return None
+
 
 class Component(Meshed):
     """One part of a machine."""
@@ -124,6 +135,15 @@ class Component(Meshed):
         description="Reduction of the part to few coordinates",
     )
     change: Change = Change.model_construct()
+
+    @property
+    def places(self) -> Places:
+        """Where something acts on the part."""
+        surfaces = [item.surface for items in (self.interface, self.gauge, self.point_mass) for item in items.values()]
+        surfaces += [support.surface for support in self.supports]
+        points = [gauge.point for gauge in self.gauge.values() if gauge.point is not None]
+        named = {surface for surface in surfaces if surface is not None} - {SKIN}
+        return Places(tuple(sorted(named)), tuple(sorted(set(points))))
 
     @property
     def from_file(self) -> bool:
