@@ -101,6 +101,8 @@ def build_parser() -> argparse.ArgumentParser:
             help="run the cheapest setting whose error in `gudgeon report` is below T, such as 1%% or 0.01",
         )  # fmt: skip
         command.add_argument("--same-mesh", action="store_true", help=SAME_MESH)
+        text = "print all quantities, also those of single impacts and below 1e-6 of the largest of their unit"
+        command.add_argument("--all", action="store_true", help=text)
     text = "list which stages are fresh or stale, with the reason for each stale one"
     _command(names, "status", text, commands.status_command)
     text = "list the data that the solver reads and the terms that it omits, with the reason for each"
