@@ -24,6 +24,8 @@ BAR_ELEMENTS = 600
 """Default number of elements of a bar. With 250, waves that are too fast change that striker's impulse by 0.8 %."""
 RESOLVED = 0.6
 """Modes per quadratic element of a bar whose frequencies have a discretisation error below 1 %."""
+MESH_FILES, STATING_UNITS = ("file", "plane-file"), (".unv", ".uff")
+"""Geometries of files of meshes, and ends of names of those that state their unit of length."""
 LINES = ("beam", "frame")
 """Geometries whose gauges are at stations."""
 NORMAL_MODES = ("macneal", "normal+static", "fixed-reference", "rubin")
@@ -87,6 +89,17 @@ class Meshed(Strict):
 
     geometry: Geometry = Field(description="Shape, or file of the shape, by `kind`")
     mesh: MeshSettings = Field(default=MeshSettings.model_construct(), validate_default=True)
+
+    @field_validator("geometry")
+    @classmethod
+    def _has_a_unit(cls, value: Geometry) -> Geometry:
+        stated = getattr(value, "path", "").lower().endswith(STATING_UNITS)
+        if value.kind in MESH_FILES and "unit" not in value.model_fields_set and not stated:
+            raise ValueError(
+                f"unit is missing; '{value.path}' states no unit of length: give the metres per unit, 0.001 for mm or"
+                " 1.0 for m"
+            )
+        return value
 
     @field_validator("mesh")
     @classmethod
