@@ -54,24 +54,32 @@ def quantity_lines(quantities: Mapping[str, Mapping[str, Any]], *, every: bool =
     Args:
         every: Also those below `SMALL`, and of single impacts.
     """
-    largest: dict[str, float] = {}
-    for entry in quantities.values():
-        largest[entry["unit"]] = max(largest.get(entry["unit"], 0.0), abs(entry["value"]))
+    hidden = frozenset[str]() if every else _hidden(quantities)
     compared = {name: q for name, q in quantities.items() if q["reference"] is not None}
     if compared:
         yield "with a reference"
         yield from (quantity_line(name, q) for name, q in compared.items())
     group = None
     for name, entry in quantities.items():
-        turning = entry["unit"] in ("rad", "rad/s")  # Where nothing turns, all of them are round-off.
-        noise = 0 < abs(entry["value"]) < SMALL * max(largest[entry["unit"]], turning)
-        if name in compared or (not every and (noise or PER_IMPACT.search(name))):
+        if name in compared or name in hidden:
             continue
         owner, _, name_of_owner = name.partition(".")
         if (owner if name_of_owner else "") != group:
             group = owner if name_of_owner else ""
             yield group or "scene"
         yield quantity_line(name_of_owner or name, entry)
+
+
+def _hidden(quantities: Mapping[str, Mapping[str, Any]]) -> frozenset[str]:
+    """Return the names of quantities of single impacts and of those below `SMALL`."""
+    largest = {"rad": 1.0, "rad/s": 1.0}  # Where nothing turns, all rotations are round-off.
+    for entry in quantities.values():
+        largest[entry["unit"]] = max(largest.get(entry["unit"], 0.0), abs(entry["value"]))
+    return frozenset(
+        name
+        for name, entry in quantities.items()
+        if 0 < abs(entry["value"]) < SMALL * largest[entry["unit"]] or PER_IMPACT.search(name)
+    )
 
 
 def check_lines(report: Any) -> Iterator[str]:
