@@ -17,6 +17,7 @@ from gudgeon.modaldb.records.trajectory import (
 )
 from gudgeon.solver.accuracy import controlled, unsettled_notes, with_accuracy_estimates, with_step_estimates
 from gudgeon.solver.capabilities import INTEGRATORS, Turning
+from gudgeon.solver.checkpoints import Course, Keeper
 from gudgeon.solver.checks.basis import SAMPLES, Run, with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
@@ -28,8 +29,8 @@ from gudgeon.solver.checks.resolved import passed_over, unresolved, with_peaks, 
 from gudgeon.solver.checks.restitution import with_restitution_errors
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
-from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome
-from gudgeon.solver.integrators.steps import Plan, driven_step, own_step, plan_run, refuse_unread, step_factor
+from gudgeon.solver.integrators.outcome import ENERGY_ERROR, EXCHANGED, WORK, Marching, Outcome, Samples
+from gudgeon.solver.integrators.steps import Plan, Schedule, driven_step, own_step, plan_run, refuse_unread, step_factor
 from gudgeon.solver.integrators.swapped import Swapped
 from gudgeon.solver.linear.load_stiffness import with_load_stiffness
 from gudgeon.solver.ports.rest import at_rest
@@ -80,7 +81,7 @@ def suggested(system: System) -> float:
     return min(own_step(system.scene.run, step_factor(system, integrator, critical), critical), driven_step(system))
 
 
-def simulate(system: System, progress: Progress | None = None) -> Trajectory:
+def simulate(system: System, progress: Progress | None = None, keeper: Keeper | None = None) -> Trajectory:
     """Integrate a system over its scene's duration.
 
     Where run.step is left out and the integrator has a step, the run is repeated with finer steps until impulses,
@@ -97,6 +98,10 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     >>> system = gudgeon.compile_system(gudgeon.open(), scene, report.stages["morph"].keys)
     >>> gudgeon.simulate(system).result
     'FINISHED'
+
+    Args:
+        progress: Called with the completed share of each march after each of its frames; see `Progress`.
+        keeper: Of what a run that is stopped goes on from, with the same bits at its end; see `solver.checkpoints`.
 
     Returns:
         The trajectory; that of a run that failed physically ends with its last good frame, with the reason in `result`.
@@ -115,7 +120,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     notes += [note for limit in friction_limits(system) if (note := limit.note()) is not None]
     at_rest(system, notes)
     notes += adjusted_notes(system) + slanting_notes(system) + overhang_notes(system)
-    trajectory = with_restitution_errors(system, _simulated(system, plan, progress))
+    trajectory = with_restitution_errors(system, _simulated(system, plan, Course(progress, keeper)))
     trajectory = with_reasons(system, trajectory, plan)
     notes += undetermined_notes(system, trajectory)
     if not plan.integrator.own_steps and plan.fixed_step is None and Result[trajectory.result].ok:
@@ -123,34 +128,34 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     return replace(trajectory, counts=trajectory.counts | {FRICTION_NOTES: "\n".join(notes)}) if notes else trajectory
 
 
-def _simulated(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
+def _simulated(system: System, plan: Plan, course: Course) -> Trajectory:
     """Integrate a system with the steps of a plan, or with controlled ones."""
     run = system.scene.run
     fixed = plan.fixed_step is not None or (run.step is not None and not plan.integrator.own_steps)
     controls = run.checks and not plan.integrator.own_steps and not fixed
     judged = _well_sampled(system) if run.checks else system
     first_system, first_plan = (judged, plan_run(judged, COARSER)) if controls else (system, plan)
-    wide = trajectory = _march(first_system, first_plan, progress)
+    wide = trajectory = _march(first_system, first_plan, course)
     if wide.result != Result.STOPPED.name and (windowed := first_system.windowed(wide.impacts)) is not first_system:
         system = judged = windowed  # It has contacts, so that both are one.
-        trajectory = _march(windowed, first_plan, progress)
+        trajectory = _march(windowed, first_plan, course)
     if controls and trajectory.result != Result.STOPPED.name:
-        trajectory, plan = _controlled((system, judged), trajectory, (plan, first_plan), progress)
+        trajectory, plan = _controlled((system, judged), trajectory, (plan, first_plan), course)
         if Result[trajectory.result].ok and unresolved(system):
-            wide = _march(first_system, plan, progress)
-    trajectory = _with_peaks(system, with_resolved_forces(system, trajectory, wide), plan, progress)
+            wide = _march(first_system, plan, course)
+    trajectory = _with_peaks(system, with_resolved_forces(system, trajectory, wide), plan, course)
     if not run.checks or not Result[trajectory.result].ok:
         return trajectory
     try:
         if fixed:
-            trajectory = _with_step_estimates(judged, trajectory, plan, lambda trial: _march(judged, trial, progress))
-        return _estimated(system, trajectory, plan, progress)
+            trajectory = _with_step_estimates(judged, trajectory, plan, lambda trial: _march(judged, trial, course))
+        return _estimated(system, trajectory, plan, course)
     except RunStopped:
         return replace(trajectory, result=Result.STOPPED.name, counts=trajectory.counts | {"reason": ESTIMATING})
 
 
 def _controlled(
-    systems: tuple[System, System], trajectory: Trajectory, plans: tuple[Plan, Plan], progress: Progress | None
+    systems: tuple[System, System], trajectory: Trajectory, plans: tuple[Plan, Plan], course: Course
 ) -> tuple[Trajectory, Plan]:
     """Return the run of a system with steps that are controlled, and its plan.
 
@@ -160,14 +165,14 @@ def _controlled(
         plans: Of the run, and of these steps.
     """
     (system, judged), (plan, first_plan) = systems, plans
-    settled, finest = controlled(judged, trajectory, first_plan, lambda trial: _march(judged, trial, progress))
+    settled, finest = controlled(judged, trajectory, first_plan, lambda trial: _march(judged, trial, course))
     if judged is system or settled.result == Result.STOPPED.name:
         return settled, finest
     plan = plan.within(finest.step)
-    return _as_judged(_march(system, plan, progress), settled), plan
+    return _as_judged(_march(system, plan, course), settled), plan
 
 
-def _with_peaks(system: System, trajectory: Trajectory, plan: Plan, progress: Progress | None) -> Trajectory:
+def _with_peaks(system: System, trajectory: Trajectory, plan: Plan, course: Course) -> Trajectory:
     """Return a run with peaks of its steps, or of closer samples, where its samples pass over them."""
     run = system.scene.run
     if not Result[trajectory.result].ok or not passed_over(system, trajectory):
@@ -182,11 +187,11 @@ def _with_peaks(system: System, trajectory: Trajectory, plan: Plan, progress: Pr
     closer = plan.sampled(interval)
     if closer.schedule == plan.schedule:
         return trajectory
-    close = _march(system, closer, progress)
+    close = _march(system, closer, course)
     return with_peaks(trajectory, close) if Result[close.result].ok else trajectory
 
 
-def _estimated(system: System, trajectory: Trajectory, plan: Plan, progress: Progress | None) -> Trajectory:
+def _estimated(system: System, trajectory: Trajectory, plan: Plan, course: Course) -> Trajectory:
     """Return a finished run with its errors by basis, mesh and layers; RunStopped where it is stopped meanwhile."""
 
     def compared(changed: System, interval: float) -> Trajectory:
@@ -195,7 +200,7 @@ def _estimated(system: System, trajectory: Trajectory, plan: Plan, progress: Pro
         return marched(changed, plan.sampled(interval))
 
     def marched(changed: System, changed_plan: Plan) -> Trajectory:
-        run = _march(changed, changed_plan, progress)
+        run = _march(changed, changed_plan, course)
         if run.result == Result.STOPPED.name:
             raise RunStopped
         return run
@@ -272,13 +277,25 @@ def _start(system: System, plan: Plan) -> Marching:
     return getattr(module, name)(system, plan.schedule.dt, **fixed)
 
 
-def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
-    """Integrate a system with the steps of a plan and return its trajectory."""
+def _march(system: System, plan: Plan, course: Course) -> Trajectory:
+    """Return the trajectory of a system with the steps of a plan, which a run that was stopped may have made before."""
+    if (trajectory := course.finished()) is None:
+        trajectory = _marched(system, plan, course)
+        if trajectory.result != Result.STOPPED.name:
+            course.keep(trajectory)
+    return trajectory
+
+
+def _marched(system: System, plan: Plan, course: Course) -> Trajectory:
+    """Integrate a system with the steps of a plan, on from what is kept of the same march."""
     system = at_rest(system)
     schedule, integrator = plan.schedule, start(system, plan)
     histories, limits = Histories.empty(system, schedule), Limits(system)
-    result, done, reason, last_outcome = Result.FINISHED, 0, "", None
-    for frame in range(schedule.frames):
+    result, reason, last_outcome = Result.FINISHED, "", None
+    if done := course.restore(integrator, histories):
+        limits.test(*_sampled(histories, schedule, slice(0, done * schedule.samples_per_frame)))
+        last_outcome = _copied(integrator.outcome())
+    for frame in range(done, schedule.frames):
         span = slice(frame * schedule.samples_per_frame, (frame + 1) * schedule.samples_per_frame)
         sound = integrator.advance(span.start * schedule.stride, schedule.stride, histories.samples.part(span))
         if not sound or not np.isfinite(histories.samples.energies[span]).all():
@@ -287,17 +304,13 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
         outcome = last_outcome = _copied(integrator.outcome())
         _record(histories, frame, outcome)
         done = frame + 1
-        times = schedule.interval * np.arange(span.start + 1, span.stop + 1)
-        exit_ = limits.test(times, histories.samples.part(span))
+        exit_ = limits.test(*_sampled(histories, schedule, span))
         if exit_ is not None:
             result, reason = exit_
             break
-        if progress is not None:
-            try:
-                progress(done / schedule.frames)
-            except RunStopped:
-                result = Result.STOPPED
-                break
+        if course.stops(integrator, histories, done):
+            result = Result.STOPPED
+            break
     end = _unmoved(system, integrator.outcome()) if last_outcome is None else last_outcome
     histories = histories.cut(done, schedule)
     drift = _drift(system, end, histories)
@@ -308,6 +321,11 @@ def _march(system: System, plan: Plan, progress: Progress | None) -> Trajectory:
     trajectory = trajectory_of(system, plan, end, histories, ending)
     notes = {ROTATION_NOTES: "\n".join(limits.notes()), RECORD_NOTES: unequal(system, trajectory) if result.ok else ""}
     return replace(trajectory, counts=trajectory.counts | {name: text for name, text in notes.items() if text})
+
+
+def _sampled(histories: Histories, schedule: Schedule, span: slice) -> tuple[np.ndarray, Samples]:
+    """Return the times at the ends of some samples [s], and the samples."""
+    return schedule.interval * np.arange(span.start + 1, span.stop + 1), histories.samples.part(span)
 
 
 def _from_rest(system: System, impacts: list[np.ndarray], step: float) -> list[np.ndarray]:

@@ -59,6 +59,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("solver.results",),
     ("solver.checks",),
     ("solver.accuracy",),
+    ("solver.checkpoints",),
     ("solver.simulate",),
     ("solver.simulation",),
     ("solver",),

@@ -35,14 +35,14 @@ WORN = 1e-5 / 2e9
 LOAD, TURNS, UPDATES = 2e4, 1000.0, 100
 SCENE = f"""
 [component.plate]
-geometry = {{{{ kind = "plane-file", path = "plate.msh", thickness = {LENGTH}, state = "plane-strain" }}}}
+geometry = {{{{ kind = "plane-file", path = "plate.msh", unit = 1.0, thickness = {LENGTH}, state = "plane-strain" }}}}
 material = {{{{ E = {E}, nu = {NU}, rho = 7800.0 }}}}
 interface.face = {{{{ surface = "face" }}}}
 supports = ["held"]
 modes = {{{{ normal_count = 20, static_count = 0 }}}}
 
 [component.pin]
-geometry = {{{{ kind = "plane-file", path = "pin.msh", thickness = {LENGTH}, state = "plane-strain" }}}}
+geometry = {{{{ kind = "plane-file", path = "pin.msh", unit = 1.0, thickness = {LENGTH}, state = "plane-strain" }}}}
 material = {{{{ E = {E}, nu = {NU}, rho = 7800.0 }}}}
 interface.face = {{{{ surface = "face" }}}}
 supports = ["held"]

@@ -42,9 +42,9 @@ def run_command(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(report.as_json(), indent=1))
     else:
-        _print_run(report)
+        _print_run(report, every=options.all)
     if report.result == STOPPED:
-        print(f"gudgeon: {path}: {report.reason}; run the same command again to start anew", file=sys.stderr)
+        print(f"gudgeon: {path}: {report.reason}; run the same command again to go on", file=sys.stderr)
         return INTERRUPTED
     if report.reason is not None:
         print(f"gudgeon: {path}: the run failed: {report.reason}", file=sys.stderr)
@@ -65,24 +65,30 @@ def _run(options: argparse.Namespace) -> tuple[Path, RunReport]:
         return job.out, run_chosen(job, options.tolerance, options.until, progress, same_mesh=options.same_mesh)
 
 
-def _print_run(report: Any) -> None:
+def _print_run(report: Any, *, every: bool = False) -> None:
     for name, stage in report.stages.items():
-        print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {stage.key[:12]}")
+        print(f"{name:6} {stage.state:6} {stage.seconds:8.2f} s   {_key_text(stage.keys)}".rstrip())
     if report.parts:
         print(part_text(report.parts) if report.result is None else f"\n{size_text(report.parts)}")
     if report.frequencies:
         print(frequency_text(report.frequencies))
     if report.result is not None:
-        _print_quantities(report)
+        _print_quantities(report, every=every)
     for note in report.notes:
         print(f"gudgeon: {note}", file=sys.stderr)
 
 
-def _print_quantities(report: Any) -> None:
+def _key_text(keys: Mapping[str, str]) -> str:
+    """Return the keys of a stage's records, each as `gudgeon db show` takes it, with names where there are several."""
+    several = len(keys) > 1
+    return ", ".join(f"{name} {key[:12]}" if several else key[:12] for name, key in keys.items())
+
+
+def _print_quantities(report: Any, *, every: bool) -> None:
     print()
     if report.reason is not None:
         print("of an incomplete run, up to its end:")
-    for line in (*quantity_lines(report.quantities), *check_lines(report)):
+    for line in (*quantity_lines(report.quantities, every=every), *check_lines(report)):
         print(line)
     pictures = {Path(picture).name: Path(picture) for picture in report.pictures}
     print(f"\nresults in {report.out}: {', '.join([*report.files, *pictures])}")

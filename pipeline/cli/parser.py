@@ -96,11 +96,7 @@ def build_parser() -> argparse.ArgumentParser:
     for name, text in STAGE_HELP.items():
         command = _command(names, name, text, commands.run_command)
         command.set_defaults(until="plot" if name == "run" else name)
-        command.add_argument(
-            "--tolerance", type=_tolerance, metavar="T",
-            help="run the cheapest setting whose error in `gudgeon report` is below T, such as 1%% or 0.01",
-        )  # fmt: skip
-        command.add_argument("--same-mesh", action="store_true", help=SAME_MESH)
+        _run_options(command)
     text = "list which stages are fresh or stale, with the reason for each stale one"
     _command(names, "status", text, commands.status_command)
     text = "list the data that the solver reads and the terms that it omits, with the reason for each"
@@ -143,6 +139,17 @@ def build_parser() -> argparse.ArgumentParser:
     add("key", metavar="KEY", nargs="?", help=text)
     parser.group_commands(names)
     return parser
+
+
+def _run_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of the commands of stages."""
+    command.add_argument(
+        "--tolerance", type=_tolerance, metavar="T",
+        help="run the cheapest setting whose error in `gudgeon report` is below T, such as 1%% or 0.01",
+    )  # fmt: skip
+    command.add_argument("--same-mesh", action="store_true", help=SAME_MESH)
+    text = "print all quantities, also those of single impacts and below 1e-6 of the largest of their unit"
+    command.add_argument("--all", action="store_true", help=text)
 
 
 def _completion_command(options: argparse.Namespace) -> int:

@@ -7,8 +7,12 @@ from typing import Any
 
 PER_IMPACT = re.compile(r"\.impact\d+\.")
 """Quantities of single impacts: summary.json has all of them; those with a reference are printed."""
-ROUND_OFF = 1e-12
-"""Share of the largest value of a unit below which a value is round-off, and is not printed."""
+SMALL = 1e-6
+"""Share of the largest value of a unit, or of 1 rad, below which a value is printed only where all are asked for."""
+LAYER = "layer"
+"""Source of the changes with another stiffness of surfaces, which are no errors."""
+COLUMNS = ("step", "accuracy", "basis", "mesh", "grid")
+"""Sources of errors in the order of their columns; others follow."""
 PREFIXED = ("N", "Pa", "J", "W", "m", "s", "Hz", "V", "C", "F", "m/s", "N s", "N m")
 """Units that take a prefix."""
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
@@ -44,26 +48,38 @@ def quantity_line(name: str, entry: Mapping[str, Any]) -> str:
     return line.rstrip()
 
 
-def quantity_lines(quantities: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-    """Yield the lines of all quantities but round-off and those of single impacts, unless they have a reference."""
-    largest: dict[str, float] = {}
-    for entry in quantities.values():
-        largest[entry["unit"]] = max(largest.get(entry["unit"], 0.0), abs(entry["value"]))
+def quantity_lines(quantities: Mapping[str, Mapping[str, Any]], *, every: bool = False) -> Iterator[str]:
+    """Yield the lines of quantities by their owners, those with a reference before the others.
+
+    Args:
+        every: Also those below `SMALL`, and of single impacts.
+    """
+    hidden = frozenset[str]() if every else _hidden(quantities)
     compared = {name: q for name, q in quantities.items() if q["reference"] is not None}
     if compared:
         yield "with a reference"
         yield from (quantity_line(name, q) for name, q in compared.items())
     group = None
     for name, entry in quantities.items():
-        turning = entry["unit"] in ("rad", "rad/s")  # Where nothing turns, all of them are round-off.
-        noise = 0 < abs(entry["value"]) < ROUND_OFF * max(largest[entry["unit"]], turning)
-        if name in compared or noise or PER_IMPACT.search(name):
+        if name in compared or name in hidden:
             continue
         owner, _, name_of_owner = name.partition(".")
         if (owner if name_of_owner else "") != group:
             group = owner if name_of_owner else ""
             yield group or "scene"
         yield quantity_line(name_of_owner or name, entry)
+
+
+def _hidden(quantities: Mapping[str, Mapping[str, Any]]) -> frozenset[str]:
+    """Return the names of quantities of single impacts and of those below `SMALL`."""
+    largest = {"rad": 1.0, "rad/s": 1.0}  # Where nothing turns, all rotations are round-off.
+    for entry in quantities.values():
+        largest[entry["unit"]] = max(largest.get(entry["unit"], 0.0), abs(entry["value"]))
+    return frozenset(
+        name
+        for name, entry in quantities.items()
+        if 0 < abs(entry["value"]) < SMALL * largest[entry["unit"]] or PER_IMPACT.search(name)
+    )
 
 
 def check_lines(report: Any) -> Iterator[str]:
@@ -73,17 +89,29 @@ def check_lines(report: Any) -> Iterator[str]:
     if known_checks:
         yield "checks"
         yield from (f"  {name:30} {value:18.2g}" for name, value in known_checks.items())
-    layers = {name: value for name, value in report.estimates.items() if name.startswith("layer.")}
-    for title, entries in (
-        ("estimated errors", {name: value for name, value in report.estimates.items() if name not in layers}),
-        ("change with surface_stiffness twice as large", layers),
-    ):
-        if entries:
-            yield title
-            yield from (f"  {name.replace('.', ', '):30} {value:18.2g}" for name, value in entries.items())
+    if report.estimates:
+        yield from error_lines(report.estimates)
     if report.not_estimated:
         yield "not estimated"
         yield from (f"  {f'{source}:':6} {reason}" for source, reason in report.not_estimated.items())
+
+
+def error_lines(estimates: Mapping[str, float]) -> Iterator[str]:
+    """Yield a table of estimated errors: a row for each quantity, a column for each source."""
+    rows: dict[str, dict[str, float]] = {}
+    for name, error in estimates.items():
+        source, _, quantity = name.partition(".")
+        rows.setdefault(quantity.replace(".", ", "), {})[source] = error
+    sources = {
+        source: None for source in (*COLUMNS, *(name.partition(".")[0] for name in estimates)) if source != LAYER
+    }
+    columns = [source for source in (*sources, LAYER) if any(source in row for row in rows.values())]
+    yield f"{'estimated errors':32}" + "".join(f"{source:>11}" for source in columns)
+    for quantity, row in rows.items():
+        cells = (f"{row[source]:.2g}" if source in row else "" for source in columns)
+        yield f"  {quantity:30}{''.join(f'{cell:>11}' for cell in cells)}".rstrip()
+    if LAYER in columns:
+        yield f"  {LAYER}: change with surface_stiffness twice as large"
 
 
 def opening_lines(pictures: Mapping[str, Path]) -> Iterator[str]:

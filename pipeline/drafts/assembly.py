@@ -9,7 +9,7 @@ import numpy as np
 
 from gudgeon.pipeline.drafts.bodies import STEEL, Flat, Placed, Solid, scene_text, text
 from gudgeon.pipeline.drafts.faces import Look, look_at
-from gudgeon.pipeline.drafts.writing import mesh_size, toml_name
+from gudgeon.pipeline.drafts.writing import mesh_line, toml_name
 from gudgeon.pipeline.geometry.decks.axes import Axes
 
 
@@ -52,5 +52,6 @@ def _solid(look: Look, name: str, chosen: str | int, unit: float | None) -> Soli
     geometry = ['kind = "cad"', f"path = {text(Path(look.path).name)}"]
     geometry += [f"solids = {json.dumps([chosen], ensure_ascii=False)}"]
     geometry += [] if unit is None else [f"unit = {unit:g}"]
-    mesh = f"mesh = {{ size = {mesh_size(look):.2g} }}  # edge length of the elements [m]"
+    largest = max(flats, key=lambda flat: flat.area, default=None)
+    _, mesh = mesh_line(look, [chosen], "" if largest is None else largest.surface)
     return Solid(name, geometry, STEEL, mesh, look.points, flats)

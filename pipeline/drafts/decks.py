@@ -88,7 +88,7 @@ def _read(keys: dict[str, object], unit: float | None) -> tuple[MeshRecord, dict
     """Return the mesh of a part, the keys by which it was read, and the value of its material, empty of the deck's."""
     choices = [SI, MILLIMETRES] if unit is None else [(unit, None), (unit, TONNES)]
     for length, mass in choices:
-        units: dict[str, object] = {"unit": length} if length != 1.0 else {}
+        units: dict[str, object] = {"unit": length}
         units |= {} if mass is None else {"mass_unit": mass}
         try:
             Material.model_validate(material_table(MeshFile.model_validate(keys | units), "new"))

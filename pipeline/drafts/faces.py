@@ -27,6 +27,8 @@ class Look:
     kind: str
     unit: float | None
     """Metres per unit that the file states, or that was given."""
+    given_unit: float | None
+    """Of them what was given."""
     solids: dict[int, str]
     """Names by number."""
     faces: list[Face]
@@ -120,7 +122,8 @@ def look_at(path: str, unit: float | None, solids: Sequence[str | int], picture:
         drawn = picture if reason is None else None
         notes += [] if reason is None else [f"{picture} was not drawn: {reason}"]
     return Look(
-        path=path, kind=kind_of_file(path), unit=unit if unit is not None else stated, solids=names, faces=faces,
+        path=path, kind=kind_of_file(path), unit=unit if unit is not None else stated,
+        given_unit=unit, solids=names, faces=faces,
         rules=rules, points=arrays["points"], triangles=arrays["triangles"], owner=arrays["owner"], volume=volume,
         picture=drawn, notes=notes,
     )  # fmt: skip

@@ -18,7 +18,8 @@ from gudgeon.pipeline.drafts.writing import (
     WAVE,
     aligned,
     free_folder,
-    mesh_size,
+    mesh_line,
+    mesh_notes,
     toml_name,
     volume_of,
     write_scene,
@@ -41,13 +42,13 @@ TEXT = """\
 
 [component.{name}]
 material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}  # steel: Pa, 1, kg/m^3
-mesh = {{ size = {mesh} }}  # edge length of the elements [m]
+{mesh}
 modes = {{ normal_count = 80 }}  # elastic modes; R adds what is left out of them
 
 [component.{name}.geometry]
 kind = "cad"
 path = {path}
-{unit}{solids}# around = 14  # elements around a full circle of curved faces
+{unit}{solids}# around = 14  # elements around a full circle of curved faces, of blends where nothing acts fewer
 # sizes = {{ {first} = {fine} }}  # finer elements on one surface [m]
 
 [component.{name}.geometry.surfaces]  # the largest faces; `gudgeon faces {file}` lists and draws all
@@ -99,10 +100,11 @@ def write_draft(
         if len(names) > 1:
             text, notes = assembly_text(file, unit, names, folder)
             write_scene(file, [file], folder, text)
-            return folder, notes
+            return folder, [*notes, *mesh_notes(text)]
     look = look_at(file, unit, solids, None)
-    write_scene(file, [file], folder, draft(look, unit, solids))
-    return folder, look.notes
+    text = draft(look, unit, solids)
+    write_scene(file, [file], folder, text)
+    return folder, [*look.notes, *mesh_notes(text)]
 
 
 def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
@@ -111,14 +113,14 @@ def draft(look: Look, unit: float | None, solids: Sequence[str | int]) -> str:
     name = toml_name(Path(look.path).stem)
     impact = impact_of(look)
     extents = look.extents
-    size = mesh_size(look)
+    size, mesh = mesh_line(look, solids, impact.face.label)
     chosen = _surfaces(look, impact.face)
     duration = PASSAGES * float(np.linalg.norm(extents)) / WAVE
     foot = impact.direction * (impact.reach + min(GAP, SOON * duration * SPEED))
     surface = surface_name(impact.face)
     fine = f"{size / 2:.2g}"
     text = TEXT.format(
-        title=file, file=file, kind=look.kind, name=name, speed=SPEED, mesh=f"{size:.2g}", fine=fine, first=surface,
+        title=file, file=file, kind=look.kind, name=name, speed=SPEED, mesh=mesh, fine=fine, first=surface,
         size=" × ".join(f"{1e3 * length:.4g}" for length in extents), mass=7850.0 * volume_of(look),
         path=json.dumps(file, ensure_ascii=False), unit="" if unit is None else f"unit = {unit:g}\n", impact=surface,
         solids=f"solids = {json.dumps(list(solids))}\n" if solids else "",

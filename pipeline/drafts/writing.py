@@ -1,6 +1,7 @@
 """What drafts of all kinds of files share: their folder, names, speed and duration, and the size of elements."""
 
 import math
+import re
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +10,8 @@ import numpy as np
 
 from gudgeon.pipeline.drafts.faces import Look
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.cad.part import CadPart, Places
+from gudgeon.pipeline.geometry.mesh_estimate import cost_text
 
 ELEMENTS = 3000
 """About as many a draft's mesh has."""
@@ -63,10 +66,25 @@ def write_scene(file: str, files: Sequence[str], folder: Path, text: str) -> Non
         raise InputError(f"new: {error.filename or folder}: {error.strerror or error}") from error
 
 
-def mesh_size(look: Look) -> float:
-    """Return the edge length [m] that gives about `ELEMENTS` elements; thin walls are one element thick."""
+def mesh_line(look: Look, solids: Sequence[str | int], acted: str) -> tuple[float, str]:
+    """Return the edge length of a part's mesh [m] and its line of a scene, with what the mesh needs.
+
+    The size gives about `ELEMENTS` elements where nothing is curved, and thin walls of one element; it is larger where
+    that would be more nodes than mesh.nodes allows.
+
+    Args:
+        acted: Surface that meets the plane.
+    """
     area = sum(face.area for face in look.faces)
-    return max((5.0 * volume_of(look) / ELEMENTS) ** (1 / 3), (4.0 * area / ELEMENTS) ** 0.5)
+    size = max((5.0 * volume_of(look) / ELEMENTS) ** (1 / 3), (4.0 * area / ELEMENTS) ** 0.5)
+    cad = CadPart(kind="cad", path=look.path, unit=look.given_unit, solids=tuple(solids))
+    size, nodes = cad.size_within(float(f"{size:.2g}"), acted_on=Places((acted,)))
+    return size, f"mesh = {{ size = {size:.2g} }}  # edge length [m]; its modes need {cost_text('solid', nodes)}"
+
+
+def mesh_notes(text: str) -> list[str]:
+    """Return what the meshes of a scene need by its comments."""
+    return re.findall(r"its (modes need about .*)", text)
 
 
 def volume_of(look: Look) -> float:

@@ -10,8 +10,12 @@ from gudgeon.solver.machine.memory import total_memory
 
 log = logging.getLogger(__name__)
 GIB = 2**30
+NODES = 60_000
+"""Of a CAD part whose mesh.size is left out, at most: the same on every machine, so that keys are."""
 LONG = 120.0
 """Estimated time up to the modes [s] from which a line says so before meshing begins."""
+DIRECTIONS = {"solid": 3, "plane": 2, "line": 2}
+"""Degrees of freedom of a node."""
 DISTRIBUTED = "GUDGEON_SLEPC"
 """Variable that hands the extraction of modes to several machines, see docs/cluster.md."""
 
@@ -40,26 +44,58 @@ COSTS = {
 }
 
 
+class Needs(NamedTuple):
+    """What a mesh needs up to its modes."""
+
+    elements: float
+    nodes: float
+    memory: float
+    """[B]"""
+    seconds: float
+    """CPU time [s]."""
+
+
+def needs_of(kind: str, elements: float) -> Needs:
+    """Return what a mesh of about so many elements needs."""
+    cost = COSTS[kind]
+    dofs = cost.dofs * elements
+    # Several machines may hold the factor.
+    factor = 0.0 if os.environ.get(DISTRIBUTED) else cost.factor_bytes * dofs**cost.growth
+    seconds = cost.seconds * elements + cost.factor_seconds * dofs ** (1.5 * cost.growth)
+    return Needs(elements, dofs / DIRECTIONS[kind], cost.mesh_bytes * elements + factor, seconds)
+
+
+def of_nodes(kind: str, nodes: float) -> Needs:
+    """Return what a mesh of about so many nodes needs."""
+    return needs_of(kind, nodes * DIRECTIONS[kind] / COSTS[kind].dofs)
+
+
+def cost_text(kind: str, nodes: float) -> str:
+    """Return what a mesh of about so many nodes needs, as text."""
+    needs = of_nodes(kind, nodes)
+    return f"about {two_digits(nodes)} nodes, {two_digits(needs.memory / GIB)} GiB, {two_digits(needs.seconds)} s"
+
+
 def refuse_large(kind: str, elements: float, size: float) -> None:
     """Raise InputError where a mesh of about so many elements, of edge length `size` [m], exceeds the memory.
 
     A warning is logged where it takes long: lengths in mm are noticed at once.
     """
-    cost = COSTS[kind]
-    dofs = cost.dofs * elements
-    # Several machines may hold the factor.
-    factor = 0.0 if os.environ.get(DISTRIBUTED) else cost.factor_bytes * dofs**cost.growth
-    need = cost.mesh_bytes * elements + factor
-    seconds = cost.seconds * elements + cost.factor_seconds * dofs ** (1.5 * cost.growth)
-    many, memory, minutes = map(_figure, (elements, need / GIB, math.ceil(seconds / 60)))
+    needs = needs_of(kind, elements)
+    many, memory, minutes = map(_figure, (elements, needs.memory / GIB, math.ceil(needs.seconds / 60)))
     estimate = f"mesh.size: {size:g} m gives about {many} elements, whose modes need about {memory} GiB of memory and"
-    if need > total_memory():
+    if needs.memory > total_memory():
         raise InputError(
             f"{estimate} {minutes} minutes; this machine has {total_memory() / GIB:.1f} GiB: give a larger size, or"
             " correct the part's lengths, which are in metres"
         )
-    if seconds > LONG:
+    if needs.seconds > LONG:
         log.warning("%s %s minutes; lengths are in metres", estimate, minutes)
+
+
+def two_digits(value: float) -> str:
+    """Return a positive number with two digits and commas."""
+    return f"{float(f'{value:.2g}'):,.{2 if value < 0.095 else 1 if value < 9.5 else 0}f}"
 
 
 def _figure(value: float) -> str:

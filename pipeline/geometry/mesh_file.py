@@ -73,7 +73,9 @@ class MeshFile(Strict):
 
     kind: Literal["file"]
     path: str = Field(description="File of the mesh, from the folder of the scene")
-    unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
+    unit: Length = Field(
+        default=1.0, description="Metres per unit of length of the file; needed in a scene, unless the file states it"
+    )
     part: str | None = Field(
         default=None,
         description="Part of a deck of several, as it was modelled; of files without parts, the set of solid elements"

@@ -1,6 +1,6 @@
 """From a drawing in gmsh's OpenCASCADE kernel to a curved tet10 mesh with named surfaces."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, ClassVar, Self
 
@@ -182,10 +182,13 @@ def revolve(occ: Any, section: Sequence[tuple[float, float]]) -> list[tuple[int,
     return occ.fuse(*(turned_solid(occ, polygon_face(occ, corners), turn) for turn in (np.pi, -np.pi)))[0]
 
 
-def generate(mesh: Any, size: float, repair: bool) -> None:
+def generate(mesh: Any, size: float, repair: bool, straighten: Callable[[], None] = lambda: None) -> None:
     """Make curved elements, and let gmsh repair those that are inverted by it; refuse those that remain.
 
     Flat elements are refused before gmsh curves the mesh: it cannot repair them and may abort the process.
+
+    Args:
+        straighten: Called before that where elements are inverted, to straighten those whose curve is of no account.
 
     Raises:
         InputError: elements are flat or turn inside out.
@@ -199,6 +202,8 @@ def generate(mesh: Any, size: float, repair: bool) -> None:
     if count := count_below(FLAT, "minSICN", GMSH_TETRA4):
         raise InputError(f"mesh.size: at {size} m gmsh makes {count} flat elements, try another size")
     mesh.setOrder(2)
+    if count_below(0.0, "minDetJac", GMSH_TETRA10):
+        straighten()
     if repair and count_below(0.0, "minDetJac", GMSH_TETRA10):
         mesh.optimize("HighOrder")
     if count := count_below(0.0, "minDetJac", GMSH_TETRA10):

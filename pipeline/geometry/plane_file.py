@@ -30,7 +30,9 @@ class PlaneFile(PlanePart):
 
     kind: Literal["plane-file"]
     path: str = Field(description="File of the mesh, from the folder of the scene")
-    unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
+    unit: Length = Field(
+        default=1.0, description="Metres per unit of length of the file; needed in a scene, unless the file states it"
+    )
 
     def build(self, size: float | None) -> MeshRecord:
         """Read the mesh; `size` is not used, the file has its own.

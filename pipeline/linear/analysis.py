@@ -221,14 +221,14 @@ def _write_response(
     powers = np.array([0 if p.unit else power for p in read])
     answers = answers * (2j * np.pi * frequencies[:, None]) ** powers
     per = "" if force.given else "/N"
-    heads = ["frequency [Hz]"]
-    for point in read:
-        heads += [f"{point.label} amplitude [{point.unit or symbol}{per}]", f"{point.label} phase [deg]"]
+    heads, units = ["frequency [Hz]"], [f"{point.unit or symbol}{per}" for point in read]
+    for point, unit in zip(read, units, strict=True):
+        heads += [f"{point.label} amplitude [{unit}]", f"{point.label} phase [deg]"]
     columns = np.stack([np.abs(answers), np.degrees(np.angle(answers))], axis=2).reshape(len(answers), -1)
     rows = np.column_stack([frequencies, columns])
     write_text(job.out / RESPONSE, csv_text([heads, *([repr(float(x)) for x in row] for row in rows)]))
-    title = f"{request.quantity} per {'motion' if force.given else 'force'} at {force.label} [{symbol}{per}]"
-    draw(job.out / PICTURE, (job.name, title), frequencies, answers, [p.label for p in read], band(linear))
+    title = f"{request.quantity} per {'motion' if force.given else 'force'} at {force.label}"
+    draw(job.out / PICTURE, (job.name, title), frequencies, answers, ([p.label for p in read], units), band(linear))
     notes = _stepped_over(frequencies, peaks, ratios)
     if high > band(linear):
         notes.append(f"--frequencies: beyond {band(linear):.4g} Hz modes are missing from the response")

@@ -6,7 +6,9 @@ from typing import Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from gudgeon.pipeline.geometry import Geometry
+from gudgeon.pipeline.geometry.cad.part import SKIN, Places
 from gudgeon.pipeline.geometry.matrices.part import FILES, Matrices
+from gudgeon.pipeline.geometry.mesh_estimate import NODES
 from gudgeon.pipeline.geometry.numbers import Point
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.scenes.gauge import Gauge
@@ -23,6 +25,8 @@ BAR_ELEMENTS = 600
 """Default number of elements of a bar. With 250, waves that are too fast change that striker's impulse by 0.8 %."""
 RESOLVED = 0.6
 """Modes per quadratic element of a bar whose frequencies have a discretisation error below 1 %."""
+MESH_FILES, STATING_UNITS = ("file", "plane-file"), (".unv", ".uff")
+"""Geometries of files of meshes, and ends of names of those that state their unit of length."""
 LINES = ("beam", "frame")
 """Geometries whose gauges are at stations."""
 MOST_DESIGNS = 5
@@ -38,9 +42,13 @@ class MeshSettings(Strict):
 
     size: Length | None = Field(
         default=None,
-        description="Edge length of the elements [m] (default of bars: a 600th of the length); not used for mesh files"
-        " and rigid bodies",
+        description="Edge length of the elements [m] (default of bars: a 600th of the length; of CAD parts: by nodes);"
+        " not used for mesh files and rigid bodies",
     )
+    nodes: int = Field(
+        default=NODES, ge=1000,
+        description="Nodes of the mesh of a CAD part at most, from which its size follows where it is left out",
+    )  # fmt: skip
 
 
 class Profile(Strict):
@@ -103,6 +111,17 @@ class Meshed(Strict):
     geometry: Geometry = Field(description="Shape, or file of the shape, by `kind`")
     mesh: MeshSettings = Field(default=MeshSettings.model_construct(), validate_default=True)
 
+    @field_validator("geometry")
+    @classmethod
+    def _has_a_unit(cls, value: Geometry) -> Geometry:
+        stated = getattr(value, "path", "").lower().endswith(STATING_UNITS)
+        if value.kind in MESH_FILES and "unit" not in value.model_fields_set and not stated:
+            raise ValueError(
+                f"unit is missing; '{value.path}' states no unit of length: give the metres per unit, 0.001 for mm or"
+                " 1.0 for m"
+            )
+        return value
+
     @field_validator("mesh")
     @classmethod
     def _sized(cls, value: MeshSettings, info: ValidationInfo) -> MeshSettings:
@@ -120,6 +139,11 @@ class Meshed(Strict):
         """Names of all files of the geometry, by the key that gives each."""
         keys = FILES if isinstance(self.geometry, Matrices) else ("path",)
         return {key: name for key in keys if (name := getattr(self.geometry, key, None)) is not None}
+
+    @property
+    def places(self) -> Places | None:
+        """Where something acts on the part; None where that is not known, so that it is everywhere."""
+        return None
 
 
 class Component(Meshed):
@@ -145,6 +169,15 @@ class Component(Meshed):
         description="Reduction of the part to few coordinates",
     )
     change: Change = Change.model_construct()
+
+    @property
+    def places(self) -> Places:
+        """Where something acts on the part."""
+        surfaces = [item.surface for items in (self.interface, self.gauge, self.point_mass) for item in items.values()]
+        surfaces += [support.surface for support in self.supports]
+        points = [gauge.point for gauge in self.gauge.values() if gauge.point is not None]
+        named = {surface for surface in surfaces if surface is not None} - {SKIN}
+        return Places(tuple(sorted(named)), tuple(sorted(set(points))))
 
     @property
     def from_file(self) -> bool:

@@ -18,7 +18,7 @@ from gudgeon.pipeline.process.stopping import numbered, stoppable
 from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.base import PLOT
 from gudgeon.pipeline.stages.change import change_estimates, refuse_reuse
-from gudgeon.pipeline.stages.folder import held, remove_pictures
+from gudgeon.pipeline.stages.folder import Kept, held, remove_pictures
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.keys.products import DESIGNS, STAGES, Product, sensitivity_product
 from gudgeon.pipeline.stages.make import check_finite, keep, scene_name
@@ -62,7 +62,7 @@ def make_mesh(job: Job, product: Product, tell: Progress) -> "MeshRecord":
 
     component, steps = job.scene.component[product.name], job.components()[product.name]
     if product.key == steps["base-mesh"].key:
-        return build_mesh(component, job.folder, product.name)
+        return build_mesh(component, job.folder, product.name, tell=tell)
     from gudgeon.pipeline.design_change.morph import moved_mesh
 
     moved = [(component, "profile")] if product.key == steps["mesh"].key else []
@@ -132,15 +132,18 @@ def make_run(job: Job, product: Product, tell: Progress) -> Trajectory:
     """Run the solver."""
     from gudgeon.solver.simulate import simulate
 
+    keeper = Kept(job.out, product.key, product.inputs) if job.out.is_dir() else None
     with stoppable(numbered(tell)) as progress:
-        trajectory = simulate(system_of(job), progress)
+        trajectory = simulate(system_of(job), progress, keeper)
     if trajectory.result == Result.STOPPED.name:
         raise Stopped(partial(_keep_stopped, job, trajectory))
+    if keeper is not None:
+        keeper.remove()
     return trajectory
 
 
 def _keep_stopped(job: Job, trajectory: Trajectory) -> RunReport:
-    """Write what a stopped run has done into the folder of results: nothing in the database, so that it runs anew."""
+    """Write what a stopped run has done into the folder of results: nothing in the database, so that it goes on."""
     reached = float(trajectory.times[-1]) if len(trajectory.times) else 0.0
     inputs = job.trajectory().inputs | {"stopped": reached}
     product = replace(job.trajectory(), key=(key := content_key(inputs)), inputs=inputs)

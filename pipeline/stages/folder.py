@@ -6,13 +6,19 @@ import errno
 import fcntl
 import json
 import logging
+import math
 import os
 import re
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
-from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.files import read_json, read_sealed, remove_scratch, write_text
+from gudgeon.modaldb.errors import ModalDBError
+from gudgeon.modaldb.format.hdf5 import read_record, record_bytes
+from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.pipeline.errors import InputError, PipelineError
+from gudgeon.pipeline.files import read_json, read_sealed, remove_scratch, whole_file, write_text
 from gudgeon.pipeline.plots import FILES
 from gudgeon.pipeline.stages.base import Place
 
@@ -24,6 +30,13 @@ UNABLE = (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL)
 """Errors of file systems without locks."""
 CLOSED = (errno.EACCES, errno.EPERM, errno.EROFS)
 """Errors of folders that this user only reads."""
+STOPPED, DIGITS = "stopped", 16
+"""Begin of the name of the folder that a stopped run goes on from, and the digits of its key that follow: what belongs
+to another scene, or to another version of the program, is not read."""
+INTERVAL, SECONDS = "GUDGEON_CHECKPOINT", 5.0
+"""Variable of the environment that gives the CPU time between two states of a run [s], and its default."""
+TRAJECTORIES = "trajectory"
+"""Kind of the records of marches."""
 EXPORTS = "vtu"
 """Folder of exported files within the results."""
 
@@ -160,3 +173,64 @@ def _owner(path: Path) -> str | None:
         return scene if isinstance(scene, str) and (path.parent / scene).resolve().is_file() else None
     except (OSError, ValueError, LookupError, TypeError, RecursionError, RuntimeError):
         return None
+
+
+class Kept:
+    """A keeper of marches, see `solver.checkpoints`; what cannot be written or read is computed again.
+
+    Args:
+        out: Folder of the results.
+        key: Of the trajectory.
+        inputs: What it depends on.
+    """
+
+    def __init__(self, out: Path, key: str, inputs: dict[str, Any]) -> None:
+        self.interval = _interval()
+        self._folder, self._inputs = out / f"{STOPPED}-{key[:DIGITS]}", inputs
+        for folder in out.glob(f"{STOPPED}-*"):
+            if folder != self._folder:
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def read(self, name: str) -> bytes | None:
+        """Return what was written under a name, None where nothing was."""
+        with contextlib.suppress(OSError):
+            return (self._folder / name).read_bytes()
+        return None
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write at once all of it, so that it survives a crash of the machine, or nothing."""
+        with contextlib.suppress(PipelineError), whole_file(self._folder / name) as scratch, scratch.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+
+    def read_trajectory(self, name: str) -> Trajectory | None:
+        """Return the trajectory that was written under a name, None where none was."""
+        path = self._folder / f"{name}.h5"
+        if not path.is_file():
+            return None
+        try:
+            trajectory = read_record(path, TRAJECTORIES)
+        except (ModalDBError, OSError):
+            return None
+        return trajectory if isinstance(trajectory, Trajectory) else None
+
+    def write_trajectory(self, name: str, trajectory: Trajectory) -> None:
+        """Write a trajectory, unless a number of it is not finite."""
+        with contextlib.suppress(ModalDBError):
+            self.write(f"{name}.h5", b"".join(record_bytes(TRAJECTORIES, trajectory, self._inputs)))
+
+    def remove(self) -> None:
+        """Remove all, since the run is finished."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _interval() -> float:
+    text = os.environ.get(INTERVAL) or str(SECONDS)
+    try:
+        interval = float(text)
+    except ValueError:
+        interval = math.nan
+    if not 0 <= interval < math.inf:
+        raise InputError(f"{INTERVAL}: '{text}' given; expected the CPU seconds between two checkpoints, 0 or more")
+    return interval

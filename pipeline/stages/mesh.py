@@ -10,16 +10,20 @@ from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.scenes.change import deviation_of
 from gudgeon.pipeline.scenes.component import Component, Meshed
 from gudgeon.pipeline.scenes.reading import find_file
+from gudgeon.pipeline.stages.run_report import Progress
 
 LARGEST = 10.0
 """Ratio of mesh.size and a part's largest extent above which its unit is mistaken."""
 
 
-def build_mesh(component: Meshed, folder: Path, name: str, table: str = "component") -> MeshRecord:
+def build_mesh(
+    component: Meshed, folder: Path, name: str, table: str = "component", tell: Progress = lambda stage, fraction: None
+) -> MeshRecord:
     """Mesh a part, or read its mesh file; relative paths start at the scene's folder.
 
     Args:
         table: The scene's table of such parts, for messages.
+        tell: Called with what the mesh of a CAD part needs by an estimate, before it is made.
 
     Raises:
         InputError: the size is missing, or the file is not readable.
@@ -37,10 +41,16 @@ def build_mesh(component: Meshed, folder: Path, name: str, table: str = "compone
         or geometry.kind == "rigid"
     ):
         return geometry.build(None)
-    if component.mesh.size is None:
-        raise InputError(f"{table}.{name}.mesh.size: is missing; give an edge length [m]")
+    size = component.mesh.size
     try:
-        mesh = geometry.build(component.mesh.size)
+        if geometry.kind == "cad":
+            mesh = geometry.build(
+                size, component.mesh.nodes, component.places, lambda text: tell(f"mesh ({name}: {text})", 0.0)
+            )
+        elif size is None:
+            raise InputError("mesh.size: is missing; give an edge length [m]")
+        else:
+            mesh = geometry.build(size)
     except InputError as error:
         if not str(error).startswith("mesh."):
             raise
@@ -48,11 +58,11 @@ def build_mesh(component: Meshed, folder: Path, name: str, table: str = "compone
     except StageError as error:
         raise StageError(f"{table}.{name}.geometry: {error}") from error
     extent = float(np.ptp(mesh.nodes, axis=0).max(initial=0.0))
-    if component.mesh.size > LARGEST * extent > 0:
+    if size is not None and size > LARGEST * extent > 0:
         raise InputError(
-            f"{table}.{name}.mesh.size: {component.mesh.size:g} m given; allowed: up to {LARGEST:g} times the part's"
-            f" largest extent, {extent:.3g} m; lengths are in metres, {1e-3 * component.mesh.size:g} for"
-            f" {component.mesh.size:g} mm"
+            f"{table}.{name}.mesh.size: {size:g} m given; allowed: up to {LARGEST:g} times the part's"
+            f" largest extent, {extent:.3g} m; lengths are in metres, {1e-3 * size:g} for"
+            f" {size:g} mm"
         )
     return mesh
 

@@ -107,6 +107,16 @@ class Located:
             self._taken[int(k)].append(np.array(impact))
         return count <= len(log.ended)
 
+    def state(self) -> np.ndarray:
+        """Return the impacts that were taken, contact first, (b, 10)."""
+        rows = [[k, *impact] for k, taken in enumerate(self._taken) for impact in taken]
+        return np.array(rows).reshape(-1, 1 + IMPACT_COLUMNS)
+
+    def resume(self, taken: np.ndarray) -> None:
+        """Go on from impacts that were taken, see `state`."""
+        for k, *impact in taken:
+            self._taken[int(k)].append(np.array(impact))
+
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact, (b, 9) each; one whose force still acts has no opening speed (NaN)."""
         log, records = self._log, []

@@ -145,3 +145,11 @@ class Marching(Protocol):
     def impacts(self) -> list[np.ndarray]:
         """Return the impacts of each contact as in `Trajectory.impacts`, (b, 9) each, present ones until now."""
         ...
+
+    def state(self) -> dict[str, np.ndarray] | None:
+        """Return all that the run goes on from after a frame, by name; None where it cannot go on from a state."""
+        ...
+
+    def resume(self, stored: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state of the same run, with the same bits."""
+        ...

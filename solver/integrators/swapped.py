@@ -4,7 +4,7 @@ The basis changes at the begin of the sample in which the force passes a border,
 any step. What the new basis lacks of the motion shows in the energy, whose jump is an error of the run's balance.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -103,6 +103,12 @@ class Swapped:
             f" the next basis changes the energy of deformation by {relative_jump:.2g} of it, allowed:"
             f" {LARGEST_JUMP:g}; raise component.{component}.modes.normal_count, modes.swap.vectors or run.samples"
         )
+
+    def state(self) -> None:
+        """Return None: its marches are repeated from their start where they were stopped."""
+
+    def resume(self, stored: Mapping[str, np.ndarray]) -> None:
+        """Not called, since there is no state."""
 
     def impacts(self) -> list[np.ndarray]:
         return self._run.impacts()

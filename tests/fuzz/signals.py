@@ -21,7 +21,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 STAGES = ("mesh", "modes", "solve")
 LIMIT, PRINTING = 5.0, 1.0
 """Seconds within which a command ends, and within which one that was about to end prints its results."""
-KEPT = r"gudgeon: .*scene\.toml: the run was stopped[^\n]*; run the same command again to start anew"
+KEPT = r"gudgeon: .*scene\.toml: the run was stopped[^\n]*; run the same command again to go on"
 """Last line of a run that Ctrl-C stops, whose results so far are printed; notes of these come before it."""
 ENDED = r"gudgeon: interrupted(?: in stage \w+)?; finished stages are in the database: .*"
 NOTES = r"\w+ …|gudgeon: component\..*"

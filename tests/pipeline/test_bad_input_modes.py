@@ -137,7 +137,7 @@ def test_mesh_file_that_falls_apart(mesh: MeshRecord, tmp_path: Path, modes_of: 
     both = with_loose_cube(mesh)
     meshio.Mesh(both.nodes, [("tetra10", both.cells)]).write(tmp_path / "part.vtu")
     far = '{ kind = "plane", normal = [1.0, 0.0, 0.0], origin = [0.11, 0.0, 0.0] }'
-    geometry = f'geometry = {{ kind = "file", path = "part.vtu", surfaces = {{ far = {far} }} }}'
+    geometry = f'geometry = {{ kind = "file", path = "part.vtu", unit = 1.0, surfaces = {{ far = {far} }} }}'
     scene = tmp_path / "scene.toml"
     scene.write_text("\n".join(geometry if line.startswith("geometry") else line for line in SCENE.splitlines()))
     code, line = modes_of(where=tmp_path / "part.vtu")

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from gudgeon.pipeline.cli import main
+from gudgeon.pipeline.linear.picture import PANEL, component_names, draw
 
 SCENE = """
 [component.free]
@@ -178,3 +180,19 @@ def test_a_response_whose_points_are_given_says_what_they_step_over(tmp_path: Pa
     (tmp_path / "scene.toml").write_text(NARROW.replace("DAMPING", "0.0"))
     assert main(command(tmp_path, "--force", "force.e")) == 0
     assert "the response has no bound at 1 undamped modes, the lowest at 100 Hz" in capsys.readouterr().err
+
+
+def test_curves_have_the_names_of_components_and_a_panel_for_each_unit(tmp_path: Path) -> None:
+    stresses = [f"gauge.b.fillet[{k}]" for k in range(1, 7)]
+    labels = ["probe.tip", *stresses, "joint.pin[1]", "joint.pin[2]"]
+    names = ["probe.tip", *(f"gauge.b.fillet {axes}" for axes in ("xx", "yy", "zz", "xy", "yz", "zx")), *labels[-2:]]
+    assert component_names(labels) == names
+    frequencies = np.geomspace(10.0, 1e3, 50)
+    answers = 1.0 / (1.0 + 1j * frequencies[:, None] / 100.0) * np.r_[1e-6, np.full(6, 1e6), 1e-6, 1e-6]
+    units = ["m/N", *["Pa/N"] * 6, "m/N", "m/N"]
+    heights = []
+    for count in (1, 9):
+        draw(tmp_path / "response.png", ("scene", "title"), frequencies, answers[:, :count],
+             (labels[:count], units[:count]), 500.0)  # fmt: skip
+        heights.append(Image.open(tmp_path / "response.png").height)
+    assert heights[1] - heights[0] == PANEL

@@ -55,7 +55,7 @@ def test_interrupted_run_keeps_its_frames(
     assert max(shares) < 0.35
     (line,) = [one for one in capsys.readouterr().err.splitlines() if "stopped" in one]
     assert "the run was stopped" in line
-    assert "at 0.61 s of 2 s; run the same command again to start anew" in line
+    assert "at 0.61 s of 2 s; run the same command again to go on" in line
     out = tmp_path / "out"
     summary = json.loads((out / "summary.json").read_text())
     assert summary["result"] == "STOPPED"
@@ -177,3 +177,40 @@ def test_long_times_are_told_in_hours() -> None:
     assert [console._duration(one) for one in (0.4, 59.4, 61, 3599.6, 7260)] == [
         "0 s", "59 s", "1 min 01 s", "1 h 00 min", "2 h 01 min"
     ]  # fmt: skip
+
+
+def test_a_run_goes_on_beside_its_results(
+    command: Callable[[str], list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it goes on from is read once, is removed at the end, and is not that of a changed scene."""
+    monkeypatch.setenv("GUDGEON_CHECKPOINT", "0")
+    undisturbed, out = tmp_path / "undisturbed", tmp_path / "out"
+    assert main(["solve", str(SCENE), "--db", str(undisturbed / "db"), "--out", str(undisturbed / "out")]) == 0
+    whole_progress, shares = Console.progress, list[float]()
+
+    def progress(self: Console, stage: str, share: float) -> None:
+        whole_progress(self, stage, share)
+        shares.extend([share] * (stage == "solve"))
+        if stage == "solve" and len(shares) == 60:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Console, "progress", progress)
+    assert main(command("solve")) == 130
+    (folder,) = out.glob("stopped-*")
+    assert list(folder.iterdir())
+    changed = ["--set", "run.duration=1.0", "--out", str(tmp_path / "other")]
+    assert main([*command("solve"), *changed]) == 0
+    assert list(out.glob("stopped-*")) == [folder]
+    count = len(shares)
+    assert main(command("solve")) == 0
+    assert len(shares) - count < count
+    assert not list(out.glob("stopped-*"))
+    assert (out / "trajectory.h5").read_bytes() == (undisturbed / "out" / "trajectory.h5").read_bytes()
+
+
+def test_a_wrong_interval_of_checkpoints_is_refused(
+    command: Callable[[str], list[str]], monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setenv("GUDGEON_CHECKPOINT", "often")
+    assert main(command("solve")) == 2
+    assert "GUDGEON_CHECKPOINT: 'often' given; expected the CPU seconds" in capsys.readouterr().err

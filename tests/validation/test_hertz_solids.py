@@ -19,13 +19,13 @@ MODULUS = 210e9 / (2 * (1 - 0.3**2))
 """E*: of both [Pa]."""
 SCENE = """
 [component.upper]
-geometry = { kind = "file", path = "upper.msh" }
+geometry = { kind = "file", path = "upper.msh", unit = 1.0 }
 material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 interface.face = { surface = "cap" }
 modes = { normal_count = 10 }
 
 [component.lower]
-geometry = { kind = "file", path = "lower.msh" }
+geometry = { kind = "file", path = "lower.msh", unit = 1.0 }
 material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 interface.face = { surface = "cap" }
 modes = { normal_count = 10 }
@@ -117,7 +117,7 @@ WIDTH, CURVATURE = 6e-4, 0.05
 """Half of the edge that may touch, and radius of the cylinders of K1 [m]."""
 PLANE = """
 [component.{name}]
-geometry = {{ kind = "plane-file", path = "{name}.msh", thickness = 0.01, state = "plane-strain" }}
+geometry = {{ kind = "plane-file", path = "{name}.msh", unit = 1.0, thickness = 0.01, state = "plane-strain" }}
 material = {{ E = 210e9, nu = 0.3, rho = 7850.0 }}
 interface.face = {{ surface = "cap" }}
 modes = {{ normal_count = 10 }}

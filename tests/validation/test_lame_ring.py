@@ -51,7 +51,7 @@ def errors(tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
         write_ring(path := folder / "ring.msh", size)
         component = Component.model_validate(
             {
-                "geometry": {"kind": "plane-file", "path": str(path), "thickness": T},
+                "geometry": {"kind": "plane-file", "path": str(path), "thickness": T, "unit": 1.0},
                 "material": {"E": E, "nu": NU, "rho": 7800.0},
                 "gauge": {"bore": {"surface": "bore"}, "point": {"point": [0.06, 0.03, 0.0]}},
             }

@@ -1,9 +1,11 @@
 """A part from a CAD file, meshed with curved tet10: size by curvature and by named surface."""
 
+import logging
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -15,20 +17,34 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cad.faces import Face, distances, faces_of
 from gudgeon.pipeline.geometry.cad.reading import read_solids, solid_name, solid_volume
 from gudgeon.pipeline.geometry.cad.selection import FaceRule, Number, faces_by_name
+from gudgeon.pipeline.geometry.cad.sizing import COARSE, FINEST, Sizing, rounded_up, with_edges
 from gudgeon.pipeline.geometry.cad.units import model_scale
 from gudgeon.pipeline.geometry.cells import FLAT_TRIANGLES, GMSH_ORDER, TETRA10, Block, boundary_facets
-from gudgeon.pipeline.geometry.mesh_estimate import refuse_large
+from gudgeon.pipeline.geometry.mesh_estimate import NODES, cost_text, of_nodes, refuse_large
 from gudgeon.pipeline.geometry.occ import GMSH_TETRA10, GMSH_TRIANGLE6, generate, meshing, nodes_and_cells
 from gudgeon.pipeline.geometry.soundness import refuse_pieces
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule
-from gudgeon.pipeline.process.call import called_apart
+from gudgeon.pipeline.process.call import at_most, called_apart
 from gudgeon.solver.numbers import Length, Name, Strict
 
+log = logging.getLogger(__name__)
 TURN = 14
 """Default number of elements around a full circle."""
 LEAST_TURN, MOST_TURN = 6, 200
-FINEST = 1 / 20
-"""Least element size by curvature, over the size of the mesh: blends of small radius do not fill the memory."""
+COARSENESSES = (COARSE, COARSE / 2, COARSE / 4)
+"""Least sizes where nothing acts, in their order, until no element is flat or turns inside out."""
+ATTEMPTS = 6
+"""Meshes of growing size until one has no more nodes than allowed."""
+GROWTH = 1.15
+"""Of the size at least, from one to the next."""
+SPARE = 0.75
+"""Share of the allowed nodes that are estimated for the first of them."""
+PASSES = 3
+"""In which inverted elements are straightened: their neighbours may be inverted thereby."""
+LEAST_SECONDS, SECONDS_PER_NODE = 120.0, 5e-3
+"""CPU time after which a part is not meshed to its end: gmsh takes up to 3e-4 s a node."""
+ON_FACE = 1e-6
+"""Distance of a point from a face on which it lies, over the part's extent, beyond that from the nearest one."""
 SAME_AREA, SMALL_FACE = 0.3, 1e-4
 """Share by which a face may differ from its mesh: six elements around a small sphere leave 0.2. Faces of less than the
 second share of the boundary are not compared."""
@@ -39,6 +55,25 @@ OPTIONS: dict[str, float] = {
     "RecombineAll": 0, "SecondOrderIncomplete": 0, "SecondOrderLinear": 0, "SubdivisionAlgorithm": 0,
 }  # fmt: skip
 """gmsh's defaults that a script may change."""
+
+
+class Places(NamedTuple):
+    """Where something acts on a part: contacts, joints, supports, loads, gauges."""
+
+    surfaces: tuple[str, ...]
+    points: tuple[tuple[float, ...], ...] = ()
+    """[m]"""
+
+
+class Fineness(NamedTuple):
+    """How fine a mesh is."""
+
+    size: float | None
+    """Edge length [m]; None: by the number of nodes."""
+    nodes: int
+    """Allowed where the size is left out."""
+    acted_on: Places | None
+    """Where curved faces have elements by curvature alone; None: everywhere."""
 
 
 class CadPart(Strict):
@@ -57,8 +92,10 @@ class CadPart(Strict):
         description="Faces by name; without it each face is a surface `face1`, `face2`, … as `gudgeon faces` shows",
     )
     around: int = Field(
-        default=TURN, ge=LEAST_TURN, le=MOST_TURN, description="Elements around a full circle of a curved face"
-    )
+        default=TURN, ge=LEAST_TURN, le=MOST_TURN,
+        description="Elements around a full circle of a curved face; where nothing acts they have half of mesh.size or"
+        " more",
+    )  # fmt: skip
     sizes: dict[Name, Length] = Field(
         default={}, description="Edge length of the elements on named surfaces [m], where it is below mesh.size"
     )
@@ -71,16 +108,45 @@ class CadPart(Strict):
             raise ValueError(f"{', '.join(map(repr, twice))} given twice")
         return value
 
-    def build(self, size: float) -> MeshRecord:
-        """Mesh the part with elements of edge length `size` [m].
+    def build(
+        self,
+        size: float | None,
+        nodes: int = NODES,
+        acted_on: Places | None = None,
+        tell: Callable[[str], None] = lambda text: None,
+    ) -> MeshRecord:
+        """Mesh the part with elements of edge length `size` [m], or by about so many nodes as are allowed.
+
+        Args:
+            nodes: Allowed where the size is left out.
+            acted_on: Where curved faces have elements by curvature alone; None: everywhere.
+            tell: Called with nodes, memory and time by an estimate, before meshing.
 
         Raises:
             InputError: the file has no such part, a surface matches no face or several, or the size does not fit.
             StageError: gmsh failed.
         """
-        record = called_apart(self.path, "gmsh", _meshed, self, size)
+        fineness = Fineness(size, nodes, acted_on)
+        chosen, estimate = called_apart(self.path, "gmsh", _estimated, self, fineness)
+        tell(cost_text("solid", estimate))
+        refuse_large("solid", of_nodes("solid", estimate).elements, chosen)
+        if size is not None and estimate > nodes:
+            text = "mesh.size: %g m gives %s, more nodes than mesh.nodes, %s, which the size precedes"
+            log.warning(text, size, cost_text("solid", estimate), f"{nodes:,}")
+        record = called_apart(self.path, "gmsh", _meshed, self, fineness, chosen)
         refuse_pieces(record, self.path)
         return record
+
+    def size_within(self, size: float, nodes: int = NODES, acted_on: Places | None = None) -> tuple[float, float]:
+        """Return an edge length [m], or a larger one that gives about so many nodes, and about how many a mesh has.
+
+        Raises:
+            InputError, StageError: see `build`.
+        """
+        chosen, estimate = called_apart(self.path, "gmsh", _estimated, self, Fineness(size, nodes, acted_on))
+        if estimate > SPARE * nodes:
+            chosen, estimate = called_apart(self.path, "gmsh", _estimated, self, Fineness(None, nodes, acted_on))
+        return chosen, estimate
 
 
 class OpenPart(NamedTuple):
@@ -122,23 +188,94 @@ def opened(cad: CadPart) -> Iterator[OpenPart]:
         yield OpenPart(gmsh, solids, faces_of(gmsh, cad.path, solids, scale), scale)
 
 
-def _meshed(cad: CadPart, size: float) -> MeshRecord:
-    """Mesh a part with elements of edge length `size` [m], in this process; see `CadPart.build`."""
+def _estimated(cad: CadPart, fineness: Fineness) -> tuple[float, float]:
+    """Return the edge length of a part [m] and about how many nodes it gives, in this process."""
+    with opened(cad) as opened_part:
+        named = faces_by_name(cad.surfaces, opened_part.faces, opened_part.away, cad.path)
+        sizing, size = _sizing(cad, opened_part, named, fineness.acted_on), fineness.size
+        extent = opened_part.faces[0].extent
+        chosen = sizing.size_for(int(SPARE * fineness.nodes), extent / 2) if size is None else size
+        return chosen, sizing.nodes(chosen)
+
+
+def _sizing(
+    cad: CadPart, opened_part: OpenPart, named: Mapping[str, tuple[list[Face], SurfaceRule]], acted_on: Places | None
+) -> Sizing:
+    if unknown := [name for name in cad.sizes if name not in named]:
+        have = ", ".join(cad.surfaces) or "face1, face2, …"
+        raise InputError(f"{cad.path}: sizes.{unknown[0]}: no surface of this name; surfaces are {have}")
+    acted = _acted(cad, opened_part, named, acted_on)
+    fine = [(length, [face.number for face in named[name][0]]) for name, length in cad.sizes.items()]
+    sizing = Sizing(opened_part.faces, acted, cad.around, opened_part.scale, opened_part.volume(), fine)
+    return with_edges(opened_part.gmsh, sizing)
+
+
+def _acted(
+    cad: CadPart, opened_part: OpenPart, named: Mapping[str, tuple[list[Face], SurfaceRule]], acted_on: Places | None
+) -> frozenset[int]:
+    """Return the numbers of the faces on which something acts."""
+    faces = opened_part.faces
+    if acted_on is None:
+        return frozenset(face.number for face in faces)
+    surfaces = [named[name][0] for name in (*cad.sizes, *acted_on.surfaces) if name in named]
+    acted = {face.number for surface in surfaces for face in surface}
+    for point in acted_on.points:
+        distance = opened_part.away(faces, np.array(point))
+        nearest = distance <= distance.min() + ON_FACE * faces[0].extent
+        acted |= {face.number for face, on in zip(faces, nearest, strict=True) if on}
+    return frozenset(acted)
+
+
+def _meshed(cad: CadPart, fineness: Fineness, size: float) -> MeshRecord:
+    """Mesh a part with elements of edge length `size` [m], or larger ones where it has more nodes than are allowed, in
+    this process; see `CadPart.build`."""
     with opened(cad) as opened_part:
         gmsh, scale = opened_part.gmsh, opened_part.scale
         named = faces_by_name(cad.surfaces, opened_part.faces, opened_part.away, cad.path)
-        unknown = [name for name in cad.sizes if name not in named]
-        if unknown:
-            have = ", ".join(cad.surfaces) or "face1, face2, …"
-            raise InputError(f"{cad.path}: sizes.{unknown[0]}: no surface of this name; surfaces are {have}")
-        volume, area = opened_part.volume(), sum(face.area for face in opened_part.faces)
-        refuse_large("solid", max(5.0 * volume / size**3, 4.0 * area / size**2), size)
-        fine = [(length / scale, [f.number for f in named[name][0]]) for name, length in cad.sizes.items()]
-        _set_sizes(gmsh, size / scale, cad.around, fine)
-        generate(gmsh.model.mesh, size, repair=True)
+        sizing = _sizing(cad, opened_part, named, fineness.acted_on)
+        for _ in range(ATTEMPTS):
+            with at_most(LEAST_SECONDS + SECONDS_PER_NODE * sizing.nodes(size)):
+                _generate(gmsh, sizing, size)
+            count = len(gmsh.model.mesh.getNodes()[0])
+            if fineness.size is not None or count <= fineness.nodes:
+                break
+            size = rounded_up(GROWTH * size * count / fineness.nodes)
         _refuse_damaged(gmsh, opened_part.faces, scale, cad.path)
         record = _collected(gmsh, named, scale, cad.path)
         return replace(record, volumes=_volumes(gmsh, opened_part.solids)) if len(opened_part.solids) > 1 else record
+
+
+def _generate(gmsh: Any, sizing: Sizing, size: float) -> None:
+    """Make elements of edge length `size` [m], finer ones on blends where coarse ones turn inside out."""
+    fine = [(length / sizing.scale, faces) for length, faces in sizing.fine]
+    for coarse in COARSENESSES:
+        _set_sizes(gmsh, size / sizing.scale, sizing.around, fine)
+        sizing.apply(gmsh, size / sizing.scale, coarse)
+        try:
+            return generate(gmsh.model.mesh, size, repair=True, straighten=partial(_straighten, gmsh, sizing.acted))
+        except InputError:
+            if coarse == COARSENESSES[-1] or len(sizing.acted) == len(sizing.faces):
+                raise
+
+
+def _straighten(gmsh: Any, acted: frozenset[int]) -> None:
+    """Put nodes of inverted elements into the middle of their edges, except on faces on which something acts.
+
+    gmsh's own repair takes minutes where many elements are longer than the radius of the blend that they lie on.
+    """
+    mesh = gmsh.model.mesh
+    tags, coordinates, _ = mesh.getNodes()
+    points = np.zeros((int(tags.max()) + 1, 3))
+    points[tags.astype(int)] = coordinates.reshape(-1, 3)
+    acted_nodes = np.concatenate([mesh.getNodes(2, face, includeBoundary=True)[0] for face in acted] or [tags[:0]])
+    elements, nodes = mesh.getElementsByType(GMSH_TETRA10)
+    rows = nodes.astype(int).reshape(-1, 10)[:, GMSH_ORDER]
+    for _ in range(PASSES):
+        inverted = rows[np.asarray(mesh.getElementQualities(elements, "minDetJac")) <= 0]
+        ends, middles = inverted[:, TETRA10.shape.edges].reshape(-1, 2), inverted[:, TETRA10.shape.corners :].ravel()
+        movable = ~np.isin(middles, acted_nodes)
+        for node, pair in zip(middles[movable].tolist(), ends[movable], strict=True):
+            mesh.setNode(node, points[pair].mean(axis=0).tolist(), [])
 
 
 def _set_sizes(gmsh: Any, size: float, around: int, fine: Sequence[tuple[float, list[int]]]) -> None:

@@ -7,10 +7,15 @@ import numpy as np
 
 from gudgeon.pipeline.geometry.cad.faces import Face
 from gudgeon.pipeline.geometry.cells import compacted
+from gudgeon.pipeline.process.call import at_most
 
 ACROSS = 40
 """Largest triangles along the part's extent."""
 AROUND = 36
+FINEST = 1 / 6
+"""Least triangles on blends, over the largest."""
+SECONDS = 60.0
+"""CPU time after which a part is not meshed for a picture."""
 TRIANGLE = 2
 """gmsh's number of three-node triangles."""
 
@@ -26,11 +31,12 @@ def triangles_of(gmsh: Any, faces: Sequence[Face], scale: float) -> dict[str, np
         `numbers` of the faces (f,).
     """
     size = faces[0].extent / scale / ACROSS
-    for name, value in {"MeshSizeMax": size, "MeshSizeMin": 0.0, "MeshSizeFromCurvature": AROUND}.items():
+    for name, value in {"MeshSizeMax": size, "MeshSizeMin": FINEST * size, "MeshSizeFromCurvature": AROUND}.items():
         gmsh.option.setNumber(f"Mesh.{name}", value)
     mesh = gmsh.model.mesh
     mesh.clear()
-    mesh.generate(2)
+    with at_most(SECONDS):
+        mesh.generate(2)
     tags, positions, _ = mesh.getNodes()
     points = np.zeros((int(tags.max()) + 1, 3))
     points[tags.astype(int)] = positions.reshape(-1, 3)

@@ -56,7 +56,7 @@ def _geometry(geometry: Any, folder: Path, key: str) -> Any:
         geometry = {"kind": SOLID, "path": geometry}
     kind = geometry.get("kind") if isinstance(geometry, Mapping) else None
     if kind in DIMENSIONS and is_mesh(geometry.get("path")):
-        return {**geometry, "path": str(_mesh_file(geometry, folder, key))}
+        return {"unit": 1.0, **geometry, "path": str(_mesh_file(geometry, folder, key))}
     return _matrices(geometry, folder, key) if kind == "matrices" else geometry
 
 

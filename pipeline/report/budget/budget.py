@@ -16,6 +16,7 @@ import numpy as np
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.errors import InputError, StageError
+from gudgeon.pipeline.geometry.cad.part import LEAST_TURN, MOST_TURN, CadPart
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.report.budget.fields import FALL, LEAST_POINTS, by_panels, by_points, changed_grids
 from gudgeon.pipeline.report.budget.mesh_edges import mean_edge
@@ -25,6 +26,7 @@ from gudgeon.pipeline.report.errors import Point, apart_from, finest_step, large
 from gudgeon.pipeline.report.reference import DRIFT, Reference, largest
 from gudgeon.pipeline.report.sweep import elastic_modes, reason
 from gudgeon.pipeline.report.timing import made
+from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job, grids_of, variant
 from gudgeon.pipeline.stages.run import run_job
@@ -176,18 +178,29 @@ def _mesh(judge: Judge) -> Term:
     """Compare with a finer and a coarser mesh of all components that are meshed here."""
     job, source = judge.point.job, "mesh"
     used = {name: job.scene.component[name] for name in job.components()}
-    meshed = {name: component.mesh.size for name, component in used.items() if component.geometry.kind != "rigid"}
-    fixed = [name for name, size in meshed.items() if size is None or "file" in used[name].geometry.kind]
-    sizes = {name: size for name, size in meshed.items() if size is not None and name not in fixed}
+    meshed = {name: component for name, component in used.items() if component.geometry.kind != "rigid"}
+    fixed = [name for name, component in meshed.items() if component.from_file]
+    sized = {name: component for name, component in meshed.items() if name not in fixed}
     fixed_text = "; ".join(f"component.{name} is a mesh file, which has no other size" for name in fixed)
-    if not sizes:
+    if not sized:
         return Term(source, f"{MISSING}: {fixed_text}" if fixed_text else "none: no body has a mesh")
 
     def scaled(factor: float) -> dict[str, Any]:
-        return {"component": {name: {"mesh": {"size": size * factor}} for name, size in sizes.items()}}
+        return {"component": {name: _resized(component, factor) for name, component in sized.items()}}
 
-    term = _varied(judge, source, scaled, "edges", list(sizes))
+    term = _varied(judge, source, scaled, "edges", list(sized))
     return replace(term, how=f"{term.how}; {fixed_text}") if fixed_text else term
+
+
+def _resized(component: Component, factor: float) -> dict[str, Any]:
+    """Return the keys by which the elements of a component have other sizes by a factor."""
+    size, geometry = component.mesh.size, component.geometry
+    mesh = {"nodes": round(component.mesh.nodes / factor**3)} if size is None else {"size": size * factor}
+    if not isinstance(geometry, CadPart):
+        return {"mesh": mesh}
+    around = min(max(round(geometry.around / factor), LEAST_TURN), MOST_TURN)
+    sizes = {name: length * factor for name, length in geometry.sizes.items()}
+    return {"mesh": mesh, "geometry": {"around": around} | ({"sizes": sizes} if sizes else {})}
 
 
 def _splines(judge: Judge) -> Term:

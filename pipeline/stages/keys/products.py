@@ -132,7 +132,12 @@ def mesh_product(name: str, meshed: Meshed, folder: Path, table: str = "componen
         InputError: a file that it names is missing.
     """
     key = f"{table}.{name}.geometry"
-    return product("mesh", name, {"geometry": _geometry(meshed, folder, key), "size": meshed.mesh.size})
+    inputs: dict[str, Any] = {"geometry": _geometry(meshed, folder, key), "size": meshed.mesh.size}
+    if meshed.geometry.kind == "cad":
+        acted_on = meshed.places
+        inputs |= {"places": None if acted_on is None else acted_on._asdict()}
+        inputs |= {"nodes": meshed.mesh.nodes} if meshed.mesh.size is None else {}
+    return product("mesh", name, inputs)
 
 
 def nodal_product(

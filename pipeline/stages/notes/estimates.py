@@ -81,6 +81,8 @@ def mesh(facts: Facts) -> Iterator[str]:
             remedies.append(f"refine the mesh of component.{name}.geometry.path")
         elif component.mesh.size is not None:
             remedies.append(f"set component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
+        elif component.geometry.kind == "cad":
+            remedies.append(f"set component.{name}.mesh.nodes = {4 * component.mesh.nodes}")
     text = (
         f"the estimated error of the mesh is {_listed(errors)}, by volume, modes' frequencies and loads' compliance of"
         " its bodies"
@@ -134,6 +136,8 @@ def _finer(scene: SceneFile, contact: str) -> list[str]:
             ways.append(f"component.{name}.geometry.sizes.{surface} = {sizes[surface] / 2:.3g}")
         elif component.mesh.size is not None:
             ways.append(f"component.{name}.mesh.size = {component.mesh.size / 2:.3g}")
+        elif component.geometry.kind == "cad":
+            ways.append(f"component.{name}.mesh.nodes = {4 * component.mesh.nodes}")
     return list(dict.fromkeys(ways))
 
 

@@ -11,8 +11,8 @@ from gudgeon.solver.joints.clearance import Clearance
 
 USUAL_EXTENTS = (1e-6, 100.0)
 """Largest extents of parts [m] outside which a note is given: those of machines given in mm are mostly above."""
-UNSTATED = 10.0
-"""The same upper limit for a file whose unit the scene does not state [m]: a shaft of 70 mm would be one of 70 m."""
+METRES = 10.0
+"""The same upper limit for a file in metres [m]: a shaft of 70 mm would be one of 70 m."""
 
 
 def units(facts: Parts) -> Iterator[str]:
@@ -36,8 +36,8 @@ def extents(facts: Parts) -> Iterator[str]:
         if component.material is None:
             continue
         size = float(np.ptp(facts.store.get(facts.meshes[name], "mesh", only=["nodes"]).nodes, axis=0).max())
-        stated = not component.from_file or "unit" in component.geometry.model_fields_set
-        low, high = USUAL_EXTENTS[0], USUAL_EXTENTS[1] if stated else UNSTATED
+        metres = getattr(component.geometry, "unit", None) == 1.0
+        low, high = USUAL_EXTENTS[0], METRES if metres else USUAL_EXTENTS[1]
         if not low <= size <= high:
             likely = "check the unit of its lengths"
             if size > high:

@@ -1,5 +1,7 @@
 """The event integrator: exact motion from event to event, independent of the samples."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gudgeon.solver import capabilities
@@ -91,6 +93,12 @@ class Event(capabilities.Event):
         segment = self._segment
         multipliers = segment.regime.forces(self._p - segment.motion.start, self._v)
         return self._record.outcome(self._p, self._v, multipliers, np.array([0, self._events, self._regimes, -1]))
+
+    def state(self) -> None:
+        """Return None: its marches are repeated from their start where they were stopped."""
+
+    def resume(self, stored: Mapping[str, np.ndarray]) -> None:
+        """Not called, since there is no state."""
 
     def _pass(self, segment: Segment) -> bool:
         """Handle the event at the end of a segment; False where the run cannot continue."""

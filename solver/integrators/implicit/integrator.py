@@ -1,6 +1,7 @@
 """The implicit integrator: builds the arrays of the core's implicit loop from a system."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Lo
 from gudgeon.solver.integrators.implicit.open_contacts import bounds
 from gudgeon.solver.integrators.implicit.reading import Readers
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.saved import live_arrays, set_arrays
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
@@ -68,6 +70,15 @@ class Implicit(capabilities.Small):
 
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that the run goes on from, by name; see `Marching`."""
+        return live_arrays(self._arrays, "arrays") | {"impacts": self._located.state()}
+
+    def resume(self, stored: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state, with the same bits."""
+        set_arrays(live_arrays(self._arrays, "arrays"), stored)
+        self._located.resume(stored["impacts"])
 
     def _drive(self, start_step: int, count: int) -> Drive:
         """Return the given loads and the crank pins of some steps; computed for many at once."""

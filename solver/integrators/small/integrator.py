@@ -1,5 +1,7 @@
 """Small motion: runs the loop over ports."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gudgeon.modaldb.records.trajectory import EDGE_NOTES
@@ -9,6 +11,7 @@ from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.fields.co_energy import LEFT, left_text
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.outcome import Outcome, Samples
+from gudgeon.solver.integrators.saved import live_arrays, set_arrays
 from gudgeon.solver.integrators.small.arrays import (
     STABILISED,
     Arrays,
@@ -228,6 +231,28 @@ class Small(capabilities.Small):
 
     def impacts(self) -> list[np.ndarray]:
         return self._located.impacts()
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that the run goes on from, by name; see `Marching`."""
+        slips = [[i, time, begins] for i, changes in enumerate(self._slips) for time, begins in changes]
+        return self._live() | {
+            "impacts": self._located.state(), "slips": np.array(slips, float).reshape(-1, 3),
+            "end_forces": self._end_forces,
+        }  # fmt: skip
+
+    def resume(self, stored: Mapping[str, np.ndarray]) -> None:
+        """Go on from a state, with the same bits."""
+        set_arrays(self._live(), stored)
+        self._located.resume(stored["impacts"])
+        for contact, time, begins in stored["slips"]:
+            self._slips[int(contact)].append((float(time), bool(begins)))
+        self._end_forces = stored["end_forces"]
+
+    def _live(self) -> dict[str, np.ndarray]:
+        """Return the arrays of the loop that change from step to step."""
+        arrays = self.arrays
+        return {**live_arrays(arrays.state, "state"), **live_arrays(arrays.problem, "problem"),
+                **live_arrays(arrays.log, "log")}  # fmt: skip
 
     def _friction(self, values: np.ndarray) -> np.ndarray:
         """Return the vectors across the normals, (s, c, 3), of values of all ports, (s, p)."""

@@ -1,5 +1,6 @@
 """Bodies that turn by any angle, held by joints: explicit or implicit steps with projection."""
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -128,6 +129,12 @@ class Turning(Capabilities):
         if text := deformed_text(self._system, times, q):
             self.failure, self.reason = Result.DEFLECTION, text
         return not text
+
+    def state(self) -> None:
+        """Return None: its marches are repeated from their start where they were stopped."""
+
+    def resume(self, stored: Mapping[str, np.ndarray]) -> None:
+        """Not called, since there is no state."""
 
     def _set_forces(self, forces: np.ndarray, interval: float) -> None:
         """Set the mean resultant of each contact over the last samples, (s, k, 3)."""

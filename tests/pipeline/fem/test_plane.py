@@ -187,7 +187,7 @@ def ring(path: Path, *, order: int = 2, lift: float = 0.0) -> None:
 def from_file(path: Path, **geometry: Any) -> Component:
     return Component.model_validate(
         {
-            "geometry": {"kind": "plane-file", "path": str(path), "thickness": T, **geometry},
+            "geometry": {"kind": "plane-file", "path": str(path), "thickness": T, "unit": 1.0, **geometry},
             "material": {"E": E, "nu": NU, "rho": RHO},
         }
     )

@@ -65,7 +65,8 @@ def test_a_body_has_the_mass_and_the_rigid_face_of_its_deck(tmp_path: Path) -> N
     (tmp_path / "part.inp").write_text(BASE + MASS9 + "*COUPLING, REF NODE=9, SURFACE=FOOT\n*KINEMATIC\n")
     mesh = read(tmp_path / "part.inp")
     component = Component.model_validate({
-        "geometry": {"kind": "file", "path": "part.inp"}, "material": {"E": 2e11, "nu": 0.3, "rho": 7800.0},
+        "geometry": {"kind": "file", "path": "part.inp", "unit": 1.0},
+        "material": {"E": 2e11, "nu": 0.3, "rho": 7800.0},
     })  # fmt: skip
     model, plain = component_model(mesh, component, "p"), component_model(replace(mesh, attachments={}), component, "p")
     added = model.properties.mass - plain.properties.mass
@@ -146,7 +147,8 @@ def test_a_mass_beside_a_led_point_has_its_energy(name: str, tmp_path: Path) -> 
 
 def check_lever(mesh: MeshRecord, centre: np.ndarray, mass: float, inertia: np.ndarray) -> None:
     component = Component.model_validate({
-        "geometry": {"kind": "file", "path": "part.inp"}, "material": {"E": 2e11, "nu": 0.3, "rho": 7800.0},
+        "geometry": {"kind": "file", "path": "part.inp", "unit": 1.0},
+        "material": {"E": 2e11, "nu": 0.3, "rho": 7800.0},
     })  # fmt: skip
     model, plain = component_model(mesh, component, "p"), component_model(replace(mesh, attachments={}), component, "p")
     for t, omega in (([1.0, 0, 0], [0, 0, 0]), ([0, 1.0, 2.0], [0.3, -0.2, 0.7]), ([0, 0, 0], [1.0, 2.0, 0.5])):

@@ -193,8 +193,8 @@ def test_what_is_not_taken_over_is_said(keyword: str, tmp_path: Path) -> None:
 def test_a_scene_says_what_its_deck_leaves_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "part.inp").write_text(LEFT["MASS"][1])
     (tmp_path / "scene.toml").write_text(
-        'component.p = { geometry = { kind = "file", path = "part.inp", leave_out = ["MASS"] }, material = { E = 2e11,'
-        ' nu = 0.3, rho = 7800.0 } }\nbody.b = { component = "p" }\nrun = { duration = 1e-3 }\n'
+        'component.p = { geometry = { kind = "file", path = "part.inp", unit = 1.0, leave_out = ["MASS"] },'
+        ' material = { E = 2e11, nu = 0.3, rho = 7800.0 } }\nbody.b = { component = "p" }\nrun = { duration = 1e-3 }\n'
     )
     places = ["--db", str(tmp_path / "db"), "--out", str(tmp_path / "out")]
     assert main(["mesh", str(tmp_path / "scene.toml"), *places]) == 0

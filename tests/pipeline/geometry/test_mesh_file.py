@@ -20,6 +20,7 @@ from gudgeon.pipeline.fem.assemble import build_model
 from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry import Geometry, MeshFile, Skirt
 from gudgeon.pipeline.interfaces.points import ContactPoints, contact_points
+from gudgeon.pipeline.scenes.component import Component
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.pipeline.scenes.material import Material
 
@@ -440,3 +441,22 @@ def test_coordinates_beyond_any_part_are_refused(tmp_path: Path) -> None:
     points = np.array([[0.0, 0, 0], [1e300, 0, 0], [0, 1, 0], [0, 0, 1]])
     meshio.Mesh(points, [("tetra", [[0, 1, 2, 3]])]).write(tmp_path / "part.vtu")
     assert "has a coordinate of 1e+300 m; allowed: up to 1e+12 m" in refusal(part(tmp_path / "part.vtu"))
+
+
+@pytest.mark.parametrize(
+    ("geometry", "allowed"),
+    [
+        ({"kind": "file", "path": "part.inp"}, False),
+        ({"kind": "plane-file", "path": "part.msh", "thickness": 0.01}, False),
+        ({"kind": "file", "path": "part.inp", "unit": 1e-3}, True),
+        ({"kind": "file", "path": "part.inp", "unit": 1.0}, True),
+        ({"kind": "file", "path": "part.UNV"}, True),
+    ],
+)
+def test_a_file_that_states_no_unit_needs_one(geometry: dict[str, Any], allowed: bool) -> None:
+    tables = {"geometry": geometry, "material": {"E": 2e11, "nu": 0.3, "rho": 7800.0}}
+    if allowed:
+        Component.model_validate(tables)
+        return
+    with pytest.raises(ValueError, match=f"unit is missing; '{geometry['path']}' states no unit of length: give the"):
+        Component.model_validate(tables)

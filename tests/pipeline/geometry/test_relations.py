@@ -95,7 +95,7 @@ def halves(gap: float = 0.0, *, turned: bool = False) -> str:
 
 def reduced(mesh: MeshRecord, supports: tuple[str, ...] = ()) -> FEModel:
     component = Component.model_validate({
-        "geometry": {"kind": "file", "path": "part.inp"}, "supports": supports,
+        "geometry": {"kind": "file", "path": "part.inp", "unit": 1.0}, "supports": supports,
         "material": {"E": 2e11, "nu": 0.3, "rho": 7800.0},
     })  # fmt: skip
     return made_rigid(component_model(mesh, component, "p"), rigid_ties(mesh, {}), "p.interface")[0]

@@ -310,6 +310,7 @@ def test_page_without_a_budget() -> None:
 BLOCK = """
 [component.block]
 geometry.kind = "file"
+geometry.unit = 1.0
 geometry.path = "block.msh"
 geometry.surfaces.foot = { kind = "plane", normal = [0.0, 0.0, -1.0], origin = [0.0, 0.0, 0.0] }
 material = { E = 210e9, nu = 0.3, rho = 7850.0 }

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
-from gudgeon.pipeline.cli.results import prefixed, quantity_line, quantity_lines
+from gudgeon.pipeline.cli.commands import _print_run
+from gudgeon.pipeline.cli.results import error_lines, prefixed, quantity_line, quantity_lines
 from gudgeon.pipeline.stages.notes.run import energy
+from gudgeon.pipeline.stages.run_report import RunReport, StageReport
 from gudgeon.pipeline.stages.summary import write_summary
 
 
@@ -57,6 +59,37 @@ def test_references_come_first_and_round_off_is_not_printed(tmp_path: Path) -> N
     assert lines == [
         ["with", "a", "reference"], ["ball.velocity_x", "2", "mm/s"], ["wall.impulse", "2.1", "N", "s"],
         ["wall"], ["start", "1", "s"],
+    ]  # fmt: skip
+
+
+def test_small_quantities_and_single_impacts_are_printed_where_all_are_asked_for() -> None:
+    entry = {"unit": "m", "reference": None, "error": None}
+    quantities = {"ball.displacement_x": entry | {"value": 1e-3}, "ball.displacement_y": entry | {"value": 9e-10},
+                  "ball.rotation_z": entry | {"value": 4e-11, "unit": "rad"},
+                  "wall.impact1.force": entry | {"value": 2.0, "unit": "N"}}  # fmt: skip
+    assert [line.split()[0] for line in quantity_lines(quantities)] == ["ball", "displacement_x"]
+    every = ["ball", "displacement_x", "displacement_y", "rotation_z", "wall", "impact1.force"]
+    assert [line.split()[0] for line in quantity_lines(quantities, every=True)] == every
+
+
+def test_errors_are_a_table_of_quantities_and_sources() -> None:
+    estimates = {"basis.force": 0.0064, "layer.force": 0.38, "step.force": 3e-4, "step.ball.velocity": 1.24e-5}
+    assert list(error_lines(estimates)) == [
+        "estimated errors                       step      basis      layer",
+        "  force                              0.0003     0.0064       0.38",
+        "  ball, velocity                    1.2e-05",
+        "  layer: change with surface_stiffness twice as large",
+    ]
+
+
+def test_keys_of_stages_are_those_of_records(capsys: pytest.CaptureFixture[str]) -> None:
+    keys = {"rod": "ab" * 32, "wall": "cd" * 32}
+    by_name = {"modes": keys, "solve": {"scene": "12" * 32}, "plot": {}}
+    stages = {name: StageReport("ran", 1.0, "ef" * 32, keys_of_stage) for name, keys_of_stage in by_name.items()}
+    _print_run(RunReport("scene", None, stages=stages))
+    assert capsys.readouterr().out.splitlines() == [
+        "modes  ran        1.00 s   rod abababababab, wall cdcdcdcdcdcd", "solve  ran        1.00 s   121212121212",
+        "plot   ran        1.00 s",
     ]  # fmt: skip
 
 

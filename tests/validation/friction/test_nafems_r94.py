@@ -28,14 +28,14 @@ HALF_WIDTH, PRESSURE, MOVED = 6.21e-3, 3585e6, -1.303e-3
 """Of the benchmark [m, Pa, m]."""
 SCENE = """
 [component.roller]
-geometry = { kind = "plane-file", path = "roller.msh", thickness = 0.001, state = "plane-strain" }
+geometry = { kind = "plane-file", path = "roller.msh", unit = 1.0, thickness = 0.001, state = "plane-strain" }
 material = { E = 210e9, nu = 0.3, rho = 7850.0 }
 interface.face = { surface = "cap" }
 interface.top = { surface = "top", kind = "mean" }
 modes = { normal_count = 10 }
 
 [component.block]
-geometry = { kind = "plane-file", path = "block.msh", thickness = 0.001, state = "plane-strain" }
+geometry = { kind = "plane-file", path = "block.msh", unit = 1.0, thickness = 0.001, state = "plane-strain" }
 material = { E = 70e9, nu = 0.3, rho = 2700.0 }
 supports = ["bottom"]
 interface.face = { surface = "cap" }
