@@ -51,14 +51,14 @@ class Readers:
 
     def read(self, ends: Ends, times: np.ndarray, out: Samples) -> None:
         """Set the gauges and probes of samples from what stood at their ends, at times [s], (s,)."""
-        system, given = self._system, self._system.driving.loads(times, 0.0)
+        system, loads = self._system, self._system.driving.loads(times, 0.0)
         if system.gauges:
             moved = system.gauged(ends.q, ends.v)
-            out.gauges[:] = moved + ends.contacts @ system.gauge_residual.T + given @ self._pushed.T
+            out.gauges[:] = moved + ends.contacts @ system.gauge_residual.T + loads @ self._pushed.T
         if probes := system.probes if system.probes.names else None:
             count = 2 * len(system.driving.joints)
-            amounts = np.hstack([ends.amounts[:, :count], given[:, count:]])
+            amounts = np.hstack([ends.amounts[:, :count], loads[:, count:]])
             forces = np.hstack([ends.contacts, amounts, 2 * ends.functions])
-            pressed = ends.contacts @ probes.pressed.T
-            by_forces = np.where(self._flexible, forces @ self._per_force.T, pressed)
+            rigid = ends.contacts @ probes.pressed.T
+            by_forces = np.where(self._flexible, forces @ self._per_force.T, rigid)
             out.probes[:] = probes.values(ends.q, ends.v) + by_forces

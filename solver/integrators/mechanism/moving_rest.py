@@ -130,9 +130,9 @@ class Shapes:
     def _follow(self, state: np.ndarray, moment: Moment) -> None:
         """Let the shapes of a state, which `settle` found, change as the motion changes them; loads stay."""
         rates = self._rates(state, moment)
-        for b, part in zip(self._flexible, np.split(rates, self._ends), strict=True):
+        for b, coordinates in zip(self._flexible, np.split(rates, self._ends), strict=True):
             omega = self._work.turn[b].T @ self._work.omega[b]
-            _set_momenta(self._slow, self._work, state, b, np.concatenate([part, omega]))
+            _set_momenta(self._slow, self._work, state, b, np.concatenate([coordinates, omega]))
         self._turning.match(state, moment.drives)
         self._turning.observe(state)
         omegas, modal = self._work.omega.copy(), self._work.modal[:, 3:].copy()
@@ -150,18 +150,18 @@ class Shapes:
         turned = np.einsum("bij,bj->bi", self._model.inverse, bodies_of(self._model, slope)[:, SPIN:])
         swiftest = max(np.abs(x).max() for x in (speeds, self._work.omega))
         swiftest = max(swiftest, np.sqrt(max(np.abs(x).max() for x in (changes, turned))))
-        apart, shapes = AHEAD / max(swiftest, AHEAD / LONG), []
-        for h in (-apart, apart) if 0 < apart < LONG else ():
+        spacing, shapes = AHEAD / max(swiftest, AHEAD / LONG), []
+        for h in (-spacing, spacing) if 0 < spacing < LONG else ():
             beside = state + h * slope
             turns = bodies_of(self._model, beside)[:, TURN : TURN + 4]
             turns /= np.linalg.norm(turns, axis=1, keepdims=True)
             drives = moment.drives @ np.array([[1.0, 0.0, 0.0], [h, 1.0, 0.0], [0.5 * h**2, h, 1.0]])
             self._turning.observe(beside)
-            self._set(beside, self._shape(state), there := Moment(np.ascontiguousarray(drives), moment.amounts))
-            if self.settle(beside, there):
+            self._set(beside, self._shape(state), ahead := Moment(np.ascontiguousarray(drives), moment.amounts))
+            if self.settle(beside, ahead):
                 shapes.append(self._shape(beside))
         self._turning.observe(state)
-        return (shapes[1] - shapes[0]) / (2 * apart) if len(shapes) == 2 else np.zeros(len(self._shape(state)))
+        return (shapes[1] - shapes[0]) / (2 * spacing) if len(shapes) == 2 else np.zeros(len(self._shape(state)))
 
     def _shape(self, state: np.ndarray) -> np.ndarray:
         """Return the elastic coordinates of all bodies, (e,)."""
@@ -170,8 +170,8 @@ class Shapes:
     def _set(self, state: np.ndarray, shape: np.ndarray, moment: Moment) -> None:
         """Give bodies a shape, close the joints and let velocities obey them."""
         omegas = self._work.omega.copy()
-        for b, part in zip(self._flexible, np.split(shape, self._ends), strict=True):
-            modal_parts(self._model, state, b)[0][:] = part
+        for b, coordinates in zip(self._flexible, np.split(shape, self._ends), strict=True):
+            modal_parts(self._model, state, b)[0][:] = coordinates
         self._turning.close(state, moment.drives)
         self._turning.observe(state)
         for b, turn in enumerate(self._work.turn):
@@ -186,12 +186,12 @@ class Shapes:
         """Return what the shapes lack, Λ⁻¹ (f + Gᵀ λ) − q, (e,)."""
         self._turning.observe(state)
         self._turning.begin(state, moment.drives, moment.amounts)
-        slope, parts = self._work.slopes[0], []
+        slope, changes = self._work.slopes[0], []
         for b in self._flexible:
             m, spin = int(self._model.elastic[b, 0]), slice(WIDTH * b + SPIN, WIDTH * b + SPIN + 3)
             turn = self._work.turn[b]
             L = inertia_factor(self._slow, self._work, b)
             rates = turn.T @ slope[spin] - np.cross(turn.T @ self._work.omega[b], turn.T @ state[spin])
             momenta = np.concatenate([modal_parts(self._model, slope, b)[1], rates])
-            parts.append(self._squares[b] * np.linalg.solve(L @ L.T, momenta)[:m])
-        return np.concatenate(parts)
+            changes.append(self._squares[b] * np.linalg.solve(L @ L.T, momenta)[:m])
+        return np.concatenate(changes)

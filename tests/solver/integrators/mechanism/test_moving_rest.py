@@ -15,19 +15,19 @@ TUMBLING = {"angular_velocity": [3.0, 9.0, 5.0]}
 GRAVITY = {"duration": 1.0, "gravity": [0.0, 0.0, -9.81]}
 
 
-def strain(found: Any) -> np.ndarray:
+def strain(trajectory: Any) -> np.ndarray:
     """Return the strain energy at the samples [J], (s,)."""
-    return np.asarray(found.energies[:, 1])
+    return np.asarray(trajectory.energies[:, 1])
 
 
 def test_what_hangs_on_a_pin_starts_at_rest(tmp_path: Path) -> None:
     pin = {"pin": PIN["pin"] | {"kind": "fixed"}}
-    found = cloud_run(tmp_path, SOFT, {}, joint=pin, run=GRAVITY | {"start": "rest"})
+    trajectory = cloud_run(tmp_path, SOFT, {}, joint=pin, run=GRAVITY | {"start": "rest"})
     rung = cloud_run(tmp_path / "rung", SOFT, {}, joint=pin, run=GRAVITY)
-    assert np.ptp(strain(found)) < 1e-6 * np.ptp(strain(rung))
-    assert strain(found)[0] == pytest.approx(0.5 * strain(rung).mean(), rel=0.5)
-    changes = [np.abs(joint.force - joint.force[0]).max() for joint in found.joints.values()]
-    assert max(changes) < 1e-6 * max(np.abs(joint.force).max() for joint in found.joints.values())
+    assert np.ptp(strain(trajectory)) < 1e-6 * np.ptp(strain(rung))
+    assert strain(trajectory)[0] == pytest.approx(0.5 * strain(rung).mean(), rel=0.5)
+    changes = [np.abs(joint.force - joint.force[0]).max() for joint in trajectory.joints.values()]
+    assert max(changes) < 1e-6 * max(np.abs(joint.force).max() for joint in trajectory.joints.values())
 
 
 @pytest.mark.parametrize("keys", [{}, {"attachment": "fixed", "attached_to": "pin"}], ids=["mean-axis", "fixed"])
@@ -37,8 +37,8 @@ def test_shapes_follow_the_motion(keys: dict[str, Any], tmp_path: Path) -> None:
     for start in ("undeformed", "rest"):
         settings = {"duration": 0.1, "start": start, "samples": 200}
         runs.append(cloud_run(tmp_path / start, 30 * SOFT, TUMBLING | keys, free=True, run=settings))
-    rung, kept = (float(np.abs(np.diff(strain(found), 2)).max()) for found in runs)
-    assert kept < 0.02 * rung
+    rung, quiet = (float(np.abs(np.diff(strain(trajectory), 2)).max()) for trajectory in runs)
+    assert quiet < 0.02 * rung
 
 
 def test_a_body_that_rotation_tears_apart_starts_undeformed_with_a_note(tmp_path: Path) -> None:
