@@ -1,6 +1,5 @@
 """Probes and gauges of every kind only read: with them, a run of every feature has the same bits as without."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
