@@ -25,6 +25,8 @@ SETTLED, ACCEPTED = 1e-11, 1e-6
 """Change of a shape over its size at which the search ends, and up to which it counts where it ends by the number of
 its steps."""
 STEPS = 100
+UNFELT = 1e-6
+"""Displacement over the size of the mechanism of which a shape counts as one at least."""
 ASIDE, DRIVEN = 1e-4, 1e-3
 """Change of a shape over its size by which its stability is looked at, and growth of what leaves it, over its return by
 the stiffness of its body alone, from which on it is not stable."""
@@ -117,7 +119,8 @@ class Shapes:
     def _stable(self, state: np.ndarray, moment: Moment) -> bool:
         """Return whether what acts on the bodies drives no further what leaves the shapes of a state."""
         shape, change = self._shape(state), self._change(state, moment)
-        size = ASIDE * max(float(np.abs(shape).max()), np.finfo(float).tiny)
+        least = UNFELT * self._model.size * np.sqrt(self._model.mass.sum())
+        size = ASIDE * max(float(np.abs(shape).max()), least)
         columns = np.empty((len(shape), len(shape)))
         for k, unit in enumerate(np.eye(len(shape))):
             beside = state.copy()
