@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup core checked check-core docs manual calibration mutants wheel coverage browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup core checked check-core docs manual verification tutorials calibration mutants wheel coverage browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -87,6 +87,12 @@ validate: setup ## run all long validations and write docs/validation.md; `make 
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n $(WORKERS) --dist loadfile \
 	    -m validation --validation-table=docs/validation.md $(ARGS)
 
+verification: setup ## solve every scene whose answer is known and write the verification manual, docs/verification, 6 min of CPU
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m docs.tools.verification $(ARGS)
+
+tutorials: setup ## run the tutorials and renew their outputs and pictures; `make tutorials ARGS=cad-part` runs one
+	$(BIN)/python -m docs.tools.tutorials $(ARGS)
+
 calibration: setup ## run 500 random scenes with exact answers and write stated over true errors to docs/calibration.md, 15 min of CPU; what is done is kept
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.calibration --workers $(WORKERS) $(ARGS)
 
@@ -111,6 +117,7 @@ docs: setup ## build the site of the documents, out/site
 	$(BIN)/python -m docs.tools.scene_reference
 	$(BIN)/python -m docs.tools.api
 	$(BIN)/python -m docs.tools.gallery
+	$(BIN)/python -m docs.tools.commands
 	$(BIN)/python -m docs.tools.notebooks
 	$(BIN)/python -m docs.tools.theory_figures
 	@$(has_docs) || $(BIN)/python -m pip install -q $(DOCS)

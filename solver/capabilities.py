@@ -86,7 +86,7 @@ class Integrator:
     """Whether bodies turn by any angle, with gyroscopic terms; otherwise rotations are small."""
 
 
-class Implicit(Integrator):
+class Small(Integrator):
     """For every feature; stiff surfaces do not reduce its step. Driven and damped scenes have a loop of their own."""
 
     carries = frozenset(Feature) - {
@@ -122,7 +122,7 @@ class Event(Integrator):
     own_steps = True
 
 
-class Mechanism(Integrator):
+class Turning(Integrator):
     """For bodies that turn by any angle, held by joints. Steps of order 8 with projection."""
 
     carries = frozenset(
@@ -141,8 +141,8 @@ class Mechanism(Integrator):
 
 
 INTEGRATORS: dict[str, type[Integrator]] = {
-    "implicit": Implicit,
+    "small": Small,
     "event": Event,
-    "mechanism": Mechanism,
+    "turning": Turning,
 }
 """Members by the name that a scene writes, in the order in which `auto` prefers them."""

@@ -45,7 +45,7 @@ class Result(Enum):
     )
     ROTATION = (
         "a body turned or bent by more than run.limits.angle: motion is linear and gyroscopic terms are missing;"
-        " shorten run.duration, set run.integrator to 'mechanism' for free bodies and joints of two markers, or raise"
+        " shorten run.duration, set run.integrator to 'turning' for free bodies and joints of two markers, or raise"
         " run.limits.angle"
     )
     DEFLECTION = (

@@ -16,7 +16,7 @@ from gudgeon.modaldb.records.trajectory import (
     Trajectory,
 )
 from gudgeon.solver.accuracy import controlled, unsettled_notes, with_accuracy_estimates, with_step_estimates
-from gudgeon.solver.capabilities import INTEGRATORS, Mechanism
+from gudgeon.solver.capabilities import INTEGRATORS, Turning
 from gudgeon.solver.checks.basis import SAMPLES, Run, with_basis_estimates
 from gudgeon.solver.checks.grid import with_grid_estimates
 from gudgeon.solver.checks.layer import with_layer_estimates
@@ -249,7 +249,7 @@ def _with_step_estimates(
 def _coarsely(system: System) -> System:
     """Return a system whose motion is integrated to `COMPARED` at the most, which is enough to compare it."""
     run = system.scene.run
-    accuracy = max(run.accuracy or Mechanism.accuracy, COMPARED)
+    accuracy = max(run.accuracy or Turning.accuracy, COMPARED)
     scene = system.scene.model_copy(update={"run": run.model_copy(update={"accuracy": accuracy})})
     return replace(system, scene=scene)
 
@@ -258,15 +258,15 @@ def start(system: System, plan: Plan) -> Marching:
     """Return the integrator of a plan at the start of the run."""
     if (swaps := swaps_of(system)) is None:
         return _start(system, plan)
-    if plan.name != "implicit":
-        raise SceneError(f"run.integrator: '{plan.name}' given, the basis of a body changes with 'implicit' alone")
+    if plan.name != "small":
+        raise SceneError(f"run.integrator: '{plan.name}' given, the basis of a body changes with 'small' alone")
     return Swapped(swaps, plan.schedule.dt, lambda basis_system: _start(basis_system, plan))
 
 
 def _start(system: System, plan: Plan) -> Marching:
     folder, name = plan.name, plan.integrator.__name__
-    if plan.name == "implicit" and system.scene.general:
-        folder, name = "general", "General"
+    if plan.name == "small" and not system.scene.general:
+        folder, name = "implicit", "Implicit"
     module = import_module(f"gudgeon.solver.integrators.{folder}.integrator")
     fixed = {} if plan.fixed_step is None else {"fixed_step": plan.fixed_step}
     return getattr(module, name)(system, plan.schedule.dt, **fixed)

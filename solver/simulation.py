@@ -11,7 +11,7 @@ import numpy as np
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SolverError
 from gudgeon.solver.integrators.choice import choose, critical_frequency
-from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.integrators.steps import driven_step, largest_factor, own_step, parts_of, refuse_unread, step_factor
 from gudgeon.solver.linear.load_stiffness import with_load_stiffness
 from gudgeon.solver.ports.members import function_ports
@@ -52,7 +52,7 @@ class PortState(NamedTuple):
 
 
 class Steps:
-    """Steps of the implicit integrator over ports, one call at a time."""
+    """Steps of integrator `small`, one call at a time."""
 
     def __init__(self, system: System, step: float | None = None) -> None:
         """Start at time zero.
@@ -64,13 +64,11 @@ class Steps:
             SolverError: the step is too long.
         """
         if system.scene.capabilities.turns:
-            raise SolverError(
-                "run.integrator: bodies that turn by any angle, 'mechanism', cannot be stepped from Python"
-            )
+            raise SolverError("run.integrator: bodies that turn by any angle, 'turning', cannot be stepped from Python")
         refuse_swaps(system, "steps from Python are of one basis")
         refuse_ambiguous_friction(system)
         system = with_load_stiffness(system)
-        self.system, integrator = system, INTEGRATORS["implicit"]
+        self.system, integrator = system, INTEGRATORS["small"]
         critical, largest = critical_frequency(system), largest_factor(system, integrator)
         prescribed = step or system.scene.run.step
         chosen = choose(system)[1] or critical
@@ -83,12 +81,12 @@ class Steps:
             raise SolverError(f"run.step: {self.dt:g} s given; a step above zero is needed")
         if len(system.gap) and parts_of(self.dt, critical, largest) > 1:
             raise SolverError(
-                f"run.step: {self.dt:g} s exceeds the limit of integrator 'implicit',"
+                f"run.step: {self.dt:g} s exceeds the limit of integrator 'small',"
                 f" {largest / critical:.3g} s; use a smaller step"
             )
         refuse_unread(system, self.dt)
         self.system = at_rest(system)
-        self._run, self._done = General(self.system, self.dt), 0
+        self._run, self._done = Small(self.system, self.dt), 0
         self._state, self._problem, self._log = self._run.arrays.state, self._run.arrays.problem, self._run.arrays.log
         self._given = {load.name: slice(rows.start - 2 * len(system.driving.joints),
                                         rows.stop - 2 * len(system.driving.joints))

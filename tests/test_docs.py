@@ -1,5 +1,6 @@
 """Snippets and notebooks of the documents run as they stand there; generated pages are those of the sources."""
 
+import json
 import re
 import shlex
 import shutil
@@ -10,16 +11,25 @@ from typing import Any
 import pytest
 
 import gudgeon
-from docs.tools import api, gallery, house, notebooks
+from docs.tools import api, commands, gallery, house, notebooks, tutorials, verification
 from docs.tools.command_cost import PAGE, Cost, cost, table, written
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.cli.parser import build_parser
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.solver.result import Result
+from tests.pipeline.browser import chromium
 from tests.test_layers import FLOORS
 from tests.test_readme import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
+PAGES = (
+    "README.md",
+    *sorted(
+        path.relative_to(ROOT).as_posix()
+        for folder in ("docs", "docs/tutorials")
+        for path in (ROOT / folder).glob("*.md")
+    ),
+)
 SCENES_USED = ("hertz", "rod-wall", "two-mass", "held-ball")
 HOW_TO = "docs/how-to.md"
 DECK_PAGE = "docs/abaqus-deck.md"
@@ -101,7 +111,23 @@ def test_notebooks_are_written(name: str) -> None:
     assert path.read_text(encoding="utf-8") == notebooks.notebook(name), "run python -m docs.tools.notebooks"
 
 
+def test_messages_of_the_troubleshooting_page_are_printed() -> None:
+    """Each result has a row, and each quoted line is in the sources."""
+    page = (ROOT / "docs/troubleshooting.md").read_text(encoding="utf-8")
+    ended, _, others = page.partition("## A note under")
+    assert set(re.findall(r"^\| `(\w+)` \|", ended, re.MULTILINE)) == {
+        result.name for result in Result if result not in (Result.FINISHED, Result.STOPPED)
+    }
+    folders = (ROOT / name for name in ("pipeline", "solver", "modaldb"))
+    sources = "".join(path.read_text(encoding="utf-8") for folder in folders for path in folder.rglob("*.py"))
+    joined = re.sub(r'"\s*\n\s*f?"', "", sources)
+    quoted = re.findall(r"^\| `([^`]+)`", others, re.MULTILINE)
+    assert len(quoted) > 15
+    assert [line for line in quoted if any(words.strip(" ,;") not in joined for words in line.split("…"))] == []
+
+
 def test_lists_are_those_of_the_sources() -> None:
+    assert commands.PAGE.read_text(encoding="utf-8") == commands.page(), "run python -m docs.tools.commands"
     assert gallery.PAGE.read_text(encoding="utf-8") == gallery.page(), "run python -m docs.tools.gallery"
     assert (notebooks.FOLDER / "README.md").read_text(encoding="utf-8") == notebooks.listing()
 
@@ -119,6 +145,66 @@ def test_the_python_interface_is_that_of_the_sources() -> None:
         "Job.record(component: str, kind: str = 'modes')",
     ):
         assert shown in text, shown
+
+
+def test_the_verification_manual_is_that_of_its_results() -> None:
+    """Every scene with a reference has a page, and a scene that is solved again has the value that is there."""
+    results = json.loads(verification.RESULTS.read_text(encoding="utf-8"))
+    assert results.keys() == verification.cases().keys()
+    pages = verification.manual(results)
+    assert len(pages) == len(results) + 1
+    assert {path.name for path in verification.FOLDER.glob("*.md")} == pages.keys()
+    for name, text in pages.items():
+        assert (verification.FOLDER / name).read_text(encoding="utf-8") == text, "make verification ARGS=--pages"
+
+
+def test_a_case_of_the_verification_manual(tmp_path: Path) -> None:
+    found = verification.solved(verification.cases()["two-mass"], tmp_path)["quantities"]
+    kept = json.loads(verification.RESULTS.read_text(encoding="utf-8"))["two-mass"]["quantities"]
+    assert {name: one["value"] for name, one in found.items()} == pytest.approx(
+        {name: one["value"] for name, one in kept.items()}, rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in tutorials.FOLDER.glob("*.md") if path.stem != "README"))
+def test_tutorials_have_outputs_and_pictures(name: str) -> None:
+    """Each block of output is filled, and each picture is there."""
+    text = (tutorials.FOLDER / f"{name}.md").read_text(encoding="utf-8")
+    outputs = [match["code"] for match in tutorials.PART.finditer(text) if match["language"] == "text"]
+    assert outputs
+    assert [output for output in outputs if not output.strip(" …\n")] == []
+    pictures = re.findall(r"\]\(([^)]+\.png)\)", text)
+    assert [picture for picture in pictures if not (tutorials.FOLDER / picture).is_file()] == []
+
+
+def test_outputs_of_a_tutorial_are_renewed(tmp_path: Path) -> None:
+    page = "```sh\necho 'one  2'; echo two; echo 'force_peak   3 N'\n```\n\n```text\n…\nforce_peak  1 N\n```\n"
+    assert "```text\n…\nforce_peak   3 N\n```" in tutorials.renewed(page, tmp_path)
+    with pytest.raises(SystemExit, match="no line that begins with 'impulse'"):
+        tutorials.renewed(page.replace("force_peak  1 N", "impulse  1"), tmp_path)
+
+
+def test_a_worker_of_the_site_runs_where_pages_are_opened_as_files(tmp_path: Path) -> None:
+    """As the search's worker does: it loads scripts, takes messages and answers them."""
+    shutil.copy(ROOT / "docs/iframe-worker.js", tmp_path)
+    (tmp_path / "twice.js").write_text("self.twice = (number) => 2 * number;")
+    (tmp_path / "worker.js").write_text(
+        'addEventListener("message", async (event) => {'
+        ' await importScripts("twice.js"); postMessage(twice(event.data)); });'
+    )
+    (tmp_path / "page.html").write_text('<script src="iframe-worker.js"></script><body></body>')
+    with chromium() as browser:
+        page = browser.new_page()
+        page.goto((tmp_path / "page.html").as_uri())
+        answer = page.evaluate(
+            """() => new Promise((done) => {
+                const worker = new Worker(new URL("worker.js", location));
+                worker.addEventListener("message", (event) => done(event.data));
+                worker.postMessage(21);
+            })"""
+        )
+    assert answer == 42
+    assert "iframe-worker.js" in (ROOT / ".mkdocs.yml").read_text(encoding="utf-8")
 
 
 def test_the_map_of_the_house_has_its_floors() -> None:

@@ -76,7 +76,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
 )  # fmt: skip
 """Rooms from the ground up; a file imports its own room and rooms of lower floors."""
 
-BOTH_WAYS = ("", "solver.integrators.mechanism")
+BOTH_WAYS = ("", "solver.integrators.turning")
 """Folders whose rooms still import each other. At the top, `FLOORS` hold: the command line asks for the version."""
 
 IMPORTED_FROM: dict[str, tuple[str, ...]] = {

@@ -35,9 +35,9 @@ for package in (gudgeon.modaldb, gudgeon.solver):
         print(module.name)
 """
 ONE_SCENE_EACH = (
-    "tests/solver/integrators/general/test_general.py::test_a_rigid_impact_has_an_impulse_and_no_force",
-    "tests/solver/integrators/mechanism/test_motion.py::test_free_rotation_about_the_middle_axis",
-    "tests/solver/integrators/general/test_laws.py::test_two_steel_spheres",
+    "tests/solver/integrators/small/test_general.py::test_a_rigid_impact_has_an_impulse_and_no_force",
+    "tests/solver/integrators/turning/test_motion.py::test_free_rotation_about_the_middle_axis",
+    "tests/solver/integrators/small/test_laws.py::test_two_steel_spheres",
     "tests/solver/integrators/test_implicit.py::test_step_by_itself",
     "tests/solver/integrators/test_events.py::test_bouncing_ball_comes_to_rest",
 )

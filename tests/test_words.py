@@ -21,7 +21,7 @@ RETIRED = {
     "robustness": r"gudgeon stress|\[stress(?=[.\]])|extremes",
     "conservative error": r"sound[ _]errors?",
     "impulse": r"kick(s|ed|ing)?",
-    "implicit": r"trapezoid",
+    "small": r"trapezoid",
     "energy balance": r"books|booked|less work",
     "counts": r"tally|tallies|tallied",
     "slap energy": r"slap impulses?",

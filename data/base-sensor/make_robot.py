@@ -229,7 +229,7 @@ def main():
         "samples = 4000",
         "frames = 100",
         "gravity = [0.0, 0.0, -9.81]",
-        'integrator = "mechanism"',
+        'integrator = "turning"',
         "",
     ]
     for name, kind in (("robot-plate", "a plate"), ("robot-solid", "a solid plate")):

@@ -154,7 +154,7 @@ def rows(impacts: Mapping[str, Impact], methods: Mapping[str, Any], counts: Sequ
                 # Contacts without a law are the same impact: rigid ends.
                 law = str(contact.get("law"))
                 if law not in references:
-                    given, integrator = (contact, "implicit") if "law" in contact else (METHODS["R"], "event")
+                    given, integrator = (contact, "small") if "law" in contact else (METHODS["R"], "event")
                     many = SMOOTH if "law" in contact else impact.exact
                     references[law] = simulate(exact(compiled(impact, 30, given, folder, integrator), many))
                 for count in counts:

@@ -18,7 +18,7 @@ from gudgeon.pipeline.kinds import open_job
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.run import solve_records
-from gudgeon.solver.integrators.mechanism.touching.yielding import Pressed
+from gudgeon.solver.integrators.turning.touching.yielding import Pressed
 
 SCENE = Path("data/clearance-joint/elastic.toml")
 BUSH = 'bearing = { component = "bush", interface = "bore", load = 2e5, restitution = 0.9 }'

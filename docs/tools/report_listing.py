@@ -95,7 +95,8 @@ def listing_text(scenes: Scenes, seeds: dict[str, Any]) -> str:
         "Error against run time and robustness cases of every scene, written by `make reports`"
         + (f" in {total / 60:.0f} min{which} on {where}." if total else "."),
         "`gudgeon report SCENE` makes the page, the picture and the tables of one scene, `gudgeon robustness SCENE` its"
-        " robustness cases; [report.json](report.json) has the main figures of all of them.",
+        " robustness cases; [report.json](report.json) has the main figures of all of them. CPU times of a row are of"
+        " one run; rows were measured at different times, some on a busy machine: compare within a row.",
         "",
         f"| {' | '.join(HEAD)} |",
         "|---" * len(HEAD) + "|",

@@ -10,7 +10,7 @@ from gudgeon.modaldb.format.blocks import Malformed
 from gudgeon.modaldb.format.schema import Outline
 from gudgeon.modaldb.records.cyclic import CyclicRecord, WheelRecord
 from gudgeon.modaldb.records.field import POSE_AXES, FieldRecord, PoseGridRecord
-from gudgeon.modaldb.records.mesh import MeshRecord
+from gudgeon.modaldb.records.mesh import GENERALISED, MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord, MorphRecord, TractionModes
 from gudgeon.modaldb.records.nodal import NodalRecord
 from gudgeon.modaldb.records.trajectory import Trajectory
@@ -52,11 +52,18 @@ def _mesh(record: MeshRecord, outline: Outline) -> None:
         _entries(shape, SHAPES, field)
     if (system := record.system) is None or not len(system.directions):
         return
-    if system.directions.min() < 0 or system.directions.max() > 5:
-        raise Malformed(f"system/directions: {system.directions.min()} to {system.directions.max()}, expected 0 to 5")
+    _directions(system.directions)
     for name, half in (("stiffness", system.stiffness), ("mass", system.mass)):
         if len(half.rows) == len(half.columns) and (half.rows > half.columns).any():
             raise Malformed(f"system/{name}: an entry below the diagonal")
+
+
+def _directions(directions: np.ndarray) -> None:
+    """Check the directions of degrees of freedom, of which generalised coordinates are the last."""
+    if directions.min() < 0 or directions.max() > GENERALISED:
+        raise Malformed(f"system/directions: {directions.min()} to {directions.max()}, expected 0 to {GENERALISED}")
+    if (np.diff((directions == GENERALISED).astype(int)) < 0).any():
+        raise Malformed("system/directions: a generalised coordinate before a node, expected behind all")
 
 
 def _cells(record: MeshRecord, outline: Outline) -> None:

@@ -38,20 +38,26 @@ class Triangle:
     """(k,)"""
 
 
+GENERALISED = 6
+"""Direction of a degree of freedom that is a generalised coordinate."""
+
+
 @dataclass(frozen=True)
 class SystemMatrices:
     """Stiffness and mass of a body as another program assembled them, in SI units."""
 
     nodes: Array = field(metadata=rule("N", "int", below="n", unit="1", name="node of each degree of freedom"))
-    """Node of each degree of freedom, (N,). Those that a node with others lacks are held at zero."""
+    """Node of each degree of freedom, (N,), 0 of a generalised coordinate. Those that a node with others lacks are held
+    at zero."""
     directions: Array = field(metadata=rule("N", "int", unit="1", name="direction of each degree of freedom"))
-    """Its direction, (N,): 0, 1, 2 are x, y, z [m], 3, 4, 5 rotations about them [rad]."""
+    """Its direction, (N,): 0, 1, 2 are x, y, z [m], 3, 4, 5 rotations about them [rad], 6 a generalised coordinate of a
+    superelement, such as the amplitude of a fixed-interface mode [1], which moves no node; these are the last ones."""
     labels: Array = field(metadata=rule("n", "int", unit="1", name="node numbers in the other program"))
     """Number of each node in the other program, (n,)."""
     stiffness: Triangle
-    """[N/m], of rotations [N m]."""
+    """[N/m], of rotations and generalised coordinates [N m]."""
     mass: Triangle
-    """[kg], of rotations [kg m^2]."""
+    """[kg], of rotations and generalised coordinates [kg m^2]."""
 
 
 @dataclass(frozen=True)

@@ -304,9 +304,11 @@ class ModalRecord(Labelled):
     """Stiffness by the static stress of unit gravity along x, y, z on a body that supports hold [s²/m² of shapes], over
     shapes and rotations as `LoadModes.stress_stiffness`, (3, m + 3, m + 3); None without supports or gravity."""
     static_responses: StaticResponses | None = None
-    """None for rigid bodies, for those without an interface of contact and for elements other than tet10."""
+    """Static responses to forces on interfaces; None for rigid bodies, without an interface of contact, and for
+    elements other than tet10."""
     swap: SwapModes | None = None
-    """None where all coordinates are one basis. Else each basis is orthonormal, but not all coordinates together."""
+    """Second basis of coordinates; None where all are one basis. Else each basis is orthonormal, but not all
+    coordinates together."""
     tangential_spans: Json = field(default_factory=dict)
     """First and last + 1 tangential row in the residual flexibility of each interface that has them: t1 and t2 of its
     first point or traction, of its second, and so on."""
@@ -341,7 +343,7 @@ class ModalRecord(Labelled):
 
 @dataclass(frozen=True)
 class MorphRecord(Labelled):
-    """One design of a component: its nodal positions and contact points, and the modes that it uses."""
+    """Design of a component: its nodal positions and contact points, and the modes that it uses."""
 
     mesh_key: str
     modes_key: str
@@ -361,7 +363,7 @@ class MorphRecord(Labelled):
             "r 6", unit="kg^-0.5, kg^-0.5 m^-1", name="mass-normalised rigid motions", columns="ux, uy, uz, rx, ry, rz"
         )
     )
-    """As in ModalRecord, always recomputed for this design."""
+    """Rigid twists as in ModalRecord, always recomputed for this design."""
     nodes: Array | None = field(
         metadata=rule("n 3", unit="m", name="nodal positions of this design", columns="x, y, z")
     )

@@ -93,8 +93,8 @@ class ContactHistory:
             name="displacement along the force at the contact point, own and other body's",
         ),
     )
-    """Of a contact of one point: displacement along the force on the body, of its point and of the other body's, at the
-    end of each sample interval [m], (s, 1 or 2)."""
+    """Path of a contact of one point: displacement along the force on the body, of its point and of the other body's,
+    at the end of each sample interval [m], (s, 1 or 2)."""
     peak_multipliers: Array | None = field(
         default=None,
         metadata=rule("p c'", finite=False, unit="N", name="contact force of each point at each of peak_times"),
@@ -109,7 +109,7 @@ class ContactHistory:
             name="mean outward normal displacement under each traction function at each of peak_times",
         ),
     )
-    """As `master`, at each of `Trajectory.peak_times` [m], (p, functions)."""
+    """Displacements as in `master`, at each of `Trajectory.peak_times` [m], (p, functions)."""
     friction: Array | None = field(
         default=None,
         metadata=rule(
@@ -127,7 +127,7 @@ class ContactHistory:
             columns="x, y, z",
         ),
     )
-    """As `friction`, at each of `Trajectory.peak_times` [N], (p, c, 3)."""
+    """Friction forces as in `friction`, at each of `Trajectory.peak_times` [N], (p, c, 3)."""
 
 
 @dataclass(frozen=True)

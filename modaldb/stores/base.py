@@ -108,7 +108,7 @@ class Store(ABC):
         Not every database keeps this, and it is no error where one does not.
 
         Args:
-            name: Of the command while it runs, 32 hexadecimal digits.
+            name: Name of the running command, 32 hexadecimal digits.
         """
 
     def running(self) -> list[dict[str, Any]]:

@@ -20,7 +20,7 @@ def open_store(location: str | Path | None = None) -> Store:
     []
 
     Args:
-        location: None takes that of the environment variable `GUDGEON_DB`, or `.gudgeon`.
+        location: Folder or URL of the database; None takes that of the variable `GUDGEON_DB`, or `.gudgeon`.
 
     Raises:
         StoreUnusable: the path exists and is not a folder, no folder can have it, or it is no URL of a database.

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gudgeon.pipeline.errors import InputError
 
-MESHES = (".msh", ".vtu", ".vtk", ".mesh")
+MESHES = (".msh", ".vtu", ".vtk", ".mesh", ".vol")
 """Endings of mesh files beside those of families of decks."""
 
 

@@ -12,6 +12,8 @@ from gudgeon.pipeline.geometry.decks.axes import Axes
 STEEL = "{ E = 210e9, nu = 0.3, rho = 7850.0 }  # steel: Pa, 1, kg/m^3"
 MODES = 40
 """Elastic modes of each component."""
+BESIDE = 9
+"""Degrees of freedom of a mesh that are no elastic modes: rigid motions, and three that an extraction keeps spare."""
 NEAR = 0.02
 """Distance from the plane, over the size of everything, within which the faces of other bodies touch it too."""
 FACING = 0.999
@@ -77,7 +79,8 @@ def scene_text(title: str, summary: Sequence[str], bodies: Sequence[Placed]) -> 
         lines += ["", f"[component.{name}]"]
         lines += [f"material = {solid.material}"] if solid.material else []
         lines += [solid.mesh] if solid.mesh else []
-        lines += [f"modes = {{ normal_count = {MODES} }}  # elastic modes; R adds what is left out of them"]
+        count = MODES if solid.mesh else min(MODES, 3 * len(solid.points) - BESIDE)
+        lines += [f"modes = {{ normal_count = {count} }}  # elastic modes; R adds what is left out of them"]
         lines += ["", f"[component.{name}.geometry]", *solid.geometry]
         for surface in dict.fromkeys(s for body, s in meeting.items() if body.solid.name == name):
             lines += ["", f"[component.{name}.interface.{_interface_name(surface)}]", f"surface = {text(surface)}"]

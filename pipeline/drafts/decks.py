@@ -14,6 +14,7 @@ from gudgeon.pipeline.geometry.decks.abaqus.deck import instances_of
 from gudgeon.pipeline.geometry.decks.axes import Axes
 from gudgeon.pipeline.geometry.decks.included import included_files
 from gudgeon.pipeline.geometry.decks.naming import Omissible
+from gudgeon.pipeline.geometry.decks.separate import bodies_of
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from gudgeon.pipeline.scenes.material import Material
 
@@ -44,7 +45,15 @@ def write_deck_draft(file: str, unit: float | None, folder: Path | None) -> tupl
     instances = instances_of(file) if Path(file).suffix.lower() == ".inp" else {}
     solids: dict[str, Solid] = {}
     notes: list[str] = []
-    for part_name in dict.fromkeys(name for name, _ in instances.values()) or [""]:
+    if not instances:
+        try:
+            solids[""], notes = _solid(file, "", unit)
+        except InputError:
+            whole = MeshFile.model_validate({"kind": "file", "path": file}).deck()
+            instances = {name: (name, Axes()) for name in bodies_of(whole)}
+            if not instances:
+                raise
+    for part_name in dict.fromkeys(name for name, _ in instances.values()):
         solids[part_name], lines = _solid(file, part_name, unit)
         notes += lines
     bodies = [

@@ -67,7 +67,8 @@ class LineStiffness:
 
 @dataclass(frozen=True)
 class FEModel:
-    """Linear elastic body before reduction. Dof = d·node + i: along `directions[i]`, or about `rotations[i]`."""
+    """Linear elastic body before reduction. Dof = d·node + i: along `directions[i]`, or about `rotations[i]`; those of
+    generalised coordinates, which move no node, follow."""
 
     K: sparse.csr_matrix
     """Stiffness [N/m], (dofs, dofs)."""
@@ -103,7 +104,7 @@ class FEModel:
             (twist[:3] + np.cross(twist[3:], arm)) @ self.directions.T + twist[3:] @ self.rotations.T
             for twist in self.rigid_twists
         ]
-        modes = np.column_stack([field.ravel() for field in motion])
+        modes = self.of_nodes(np.stack(motion, axis=-1))
         modes[self.held] = 0.0  # The motions vanish at supports but for round-off.
         return modes
 
@@ -119,10 +120,24 @@ class FEModel:
         free = self.free
         return sparse.csr_matrix(self.K[free][:, free]), sparse.csr_matrix(self.M[free][:, free])
 
+    @property
+    def nodal_dofs(self) -> int:
+        """Number of the dofs of nodes; those of generalised coordinates follow them."""
+        return len(self.nodes) * len(self.directions)
+
+    def by_node(self, columns: np.ndarray) -> np.ndarray:
+        """Return what columns (dofs, …) have of the nodes, (n, d, …)."""
+        return columns[: self.nodal_dofs].reshape(len(self.nodes), len(self.directions), *columns.shape[1:])
+
+    def of_nodes(self, values: np.ndarray) -> np.ndarray:
+        """Return values of the nodes' dofs (n, d, …) over all dofs, zero at generalised coordinates, (dofs, …)."""
+        columns = np.zeros((len(self.held), *values.shape[2:]), values.dtype)
+        columns[: self.nodal_dofs] = values.reshape(self.nodal_dofs, *values.shape[2:])
+        return columns
+
     def nodal(self, columns: np.ndarray) -> np.ndarray:
         """Turn dof columns (dofs, k) into nodal displacements (n, 3, k)."""
-        per_node = columns.reshape(len(self.nodes), len(self.directions), -1)
-        return np.einsum("ndk,di->nik", per_node, self.directions)
+        return np.einsum("ndk,di->nik", self.by_node(columns), self.directions)
 
     def rows(self, nodes: np.ndarray, normals: np.ndarray, points: np.ndarray | None = None) -> sparse.csr_matrix:
         """B: displacement of `nodes` (c,) along `normals` (c, 3), as a matrix on the dofs, (c, dofs).
@@ -148,7 +163,9 @@ class FEModel:
     def on_dofs(self, nodal: sparse.csr_matrix) -> sparse.csr_matrix:
         """Turn rows over nodal vectors (k, 3n), node by node, into rows over the dofs, (k, dofs)."""
         spread = sparse.kron(sparse.eye(len(self.nodes)), self.directions.T, format="csr")
-        return sparse.csr_matrix(nodal @ spread)
+        rows = sparse.csr_matrix(nodal @ spread)
+        rows.resize(rows.shape[0], len(self.held))
+        return rows
 
 
 def scatter(blocks: np.ndarray, dofs: np.ndarray, size: int) -> sparse.csr_matrix:

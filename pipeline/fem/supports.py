@@ -25,14 +25,15 @@ def hold(model: FEModel, supports: Sequence[Support | str], key: str) -> FEModel
     Raises:
         InputError: the mesh has no such surface, the model no such direction, or a rigid motion is held only partly.
     """
-    constrained = model.held.reshape(len(model.nodes), -1).copy()
+    constrained = model.held.copy()
+    by_node = model.by_node(constrained)
     for entry in supports:
         support = Support(surface=entry) if isinstance(entry, str) else entry
         nodes = surface_nodes(model.mesh, support.surface, key)
-        constrained[np.ix_(nodes, _dofs_of(model, support, key))] = True
+        by_node[np.ix_(nodes, _dofs_of(model, support, key))] = True
     names = ", ".join(entry if isinstance(entry, str) else entry.surface for entry in supports)
-    twists = remaining_twists(model, constrained.ravel(), f"{key}: the nodes of {names}")
-    return replace(model, rigid_twists=twists, held=constrained.ravel())
+    twists = remaining_twists(model, constrained, f"{key}: the nodes of {names}")
+    return replace(model, rigid_twists=twists, held=constrained)
 
 
 def surface_nodes(mesh: MeshRecord, name: str, key: str) -> np.ndarray:
@@ -60,7 +61,7 @@ def remaining_twists(model: FEModel, constrained: np.ndarray, origin: str) -> np
         return model.rigid_twists
     # A rotation counts by the displacement at the body's reach, so that no unit of length decides what is held.
     radius = float(np.linalg.norm(model.nodes - model.properties.centre, axis=1).max())
-    scale = np.tile(np.where(model.rotations.any(axis=1), radius, 1.0), len(model.nodes))
+    scale = model.of_nodes(np.tile(np.where(model.rotations.any(axis=1), radius, 1.0), (len(model.nodes), 1)))
     _, strength, motions = np.linalg.svd(scale[constrained, None] * rigid[constrained], full_matrices=True)
     strength = np.concatenate([strength, np.zeros(count - len(strength))])
     fraction = strength / max(strength[0], np.finfo(float).tiny)

@@ -74,7 +74,11 @@ class MeshFile(Strict):
     kind: Literal["file"]
     path: str = Field(description="File of the mesh, from the folder of the scene")
     unit: Length = Field(default=1.0, description="Metres per unit of length of the file")
-    part: str | None = Field(default=None, description="Part of a deck of several, as it was modelled")
+    part: str | None = Field(
+        default=None,
+        description="Part of a deck of several, as it was modelled; of files without parts, the set of solid elements"
+        " that is one of several bodies",
+    )
     instance: str | None = Field(default=None, description="Instance of a deck's assembly, as it is placed there")
     leave_out: tuple[str, ...] = Field(
         default=(), description="What a deck says that its body shall not have, by keywords, such as MASS or RBE2"
@@ -145,8 +149,17 @@ class MeshFile(Strict):
             edges, middles = _added_middles(record, deck_count)
             attached = {name: with_middles(attachment, edges, middles) for name, attachment in attached.items()}
             record = replace(record, attachments=attached)
-        refuse_pieces(record, self.path)
+        refuse_pieces(record, self.path, remedy=self._remedy(deck))
         return record
+
+    def _remedy(self, deck: "Deck") -> str:
+        """Return the key by which a mesh of several pieces is one of them, the end of a message."""
+        from gudgeon.pipeline.geometry.decks.separate import MOST_LISTED, bodies_of
+
+        if self.part is not None or self.instance is not None:
+            return ""
+        names = bodies_of(deck)
+        return f', or one of them by geometry.part = "…": {", ".join(names[:MOST_LISTED])}' if names else ""
 
     def deck(self) -> "Deck":
         """Return what the file says; errors as of `build`."""

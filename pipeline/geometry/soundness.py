@@ -12,11 +12,12 @@ FLAT = 1e-9
 """Least Jacobian of an element by its extent cubed, in a plane squared; slivers of aspect 1:1000 are at 1e-6."""
 
 
-def refuse_pieces(mesh: MeshRecord, key: str, tied: Sequence[np.ndarray] = ()) -> None:
+def refuse_pieces(mesh: MeshRecord, key: str, tied: Sequence[np.ndarray] = (), *, remedy: str = "") -> None:
     """Refuse a mesh of several pieces: each would have its own rigid motions; `key` is its file or component's key.
 
     Args:
         tied: Nodes that move as one rigid body, which joins their pieces, (k,) each.
+        remedy: What else is allowed, the end of a message.
 
     Raises:
         InputError: a node has no position or no element, or the elements fall into pieces that share no node.
@@ -42,7 +43,7 @@ def refuse_pieces(mesh: MeshRecord, key: str, tied: Sequence[np.ndarray] = ()) -
     surfaces = f"surface {', '.join(on)}" if on else "no named surface"
     raise InputError(
         f"{key}: the mesh falls into {pieces} pieces that share no node; the smallest, {sizes[smallest]} of"
-        f" {len(cells)} elements about {_text(centre)}, has {surfaces}; allowed: one solid"
+        f" {len(cells)} elements about {_text(centre)}, has {surfaces}; allowed: one solid{remedy}"
         + (", or a frame whose pieces an interface of tie 'rbe2' joins" if cell_of(mesh).spatial else "")
     )
 

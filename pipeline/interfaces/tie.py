@@ -60,14 +60,13 @@ def tie_of(mesh: MeshRecord, interface: Interface, key: str) -> Tie:
         InputError: the mesh has no such surface, or too few nodes to determine the rotation.
     """
     surface = find_surface(mesh, interface.surface, f"{key}.surface")
-    if cell_of(mesh).spatial:
-        frame_nodes = np.unique(surface.facets)
-        if len(frame_nodes) > 1 and interface.tie != "rbe2":
-            raise InputError(f"{key}.tie: '{interface.tie}' given, '{interface.surface}' has {len(frame_nodes)} nodes;"
-                             " allowed: 'rbe2', by which they move as one rigid body")  # fmt: skip
-        point = mesh.nodes[frame_nodes].mean(axis=0) if interface.point is None else np.array(interface.point)
-        return Tie(frame_nodes, point, np.eye(6), np.empty((6, 0, 3)))
     nodes = np.unique(surface.facets)
+    if cell_of(mesh).spatial or _turns(mesh, nodes):
+        if len(nodes) > 1 and interface.tie != "rbe2":
+            raise InputError(f"{key}.tie: '{interface.tie}' given, '{interface.surface}' has {len(nodes)} nodes;"
+                             " allowed: 'rbe2', by which they move as one rigid body")  # fmt: skip
+        point = mesh.nodes[nodes].mean(axis=0) if interface.point is None else np.array(interface.point)
+        return Tie(nodes, point, np.eye(6), np.empty((6, 0, 3)))
     dimension = 3 if surface.areas is not None else {1: 1, 3: 2}.get(surface.facets.shape[1], 3)
     _refuse_few(mesh.nodes[nodes], dimension, f"{key}.surface: '{interface.surface}' given,")
     blocks = facet_points(mesh.nodes, surface)
@@ -96,6 +95,14 @@ def tie_of(mesh: MeshRecord, interface: Interface, key: str) -> Tie:
     return Tie(nodes, point, twists, (twists @ moved).reshape(weights.shape))
 
 
+def _turns(mesh: MeshRecord, nodes: np.ndarray) -> bool:
+    """Return whether nodes of matrices that were read are a single one with all rotations."""
+    if mesh.system is None or len(nodes) != 1:
+        return False
+    directions = mesh.system.directions[mesh.system.nodes == nodes[0]]
+    return bool(np.isin([3, 4, 5], directions).all())
+
+
 def attached_tie(mesh: MeshRecord, attachment: Attachment) -> Tie:
     """Return how a point of a deck moves with its nodes: as a node, or by least squares over all."""
     if attachment.kind == "node":
@@ -122,9 +129,9 @@ def tie_rows(model: FEModel, tie: Tie) -> LoadRows:
 
 
 def _point_rows(model: FEModel, tie: Tie) -> sparse.csr_matrix:
-    """Return the motions of a reference point over the dofs, (j, dofs); that of a beam is fixed to its node, or the
-    first of several that move as a rigid body."""
-    if not cell_of(model.mesh).spatial:
+    """Return the motions of a reference point over the dofs, (j, dofs); one without weights is fixed to its node, or
+    the first of several that move as a rigid body."""
+    if tie.weights.shape[1]:
         return model.weighted(tie.nodes, tie.weights)
     node = tie.nodes[0]
     arm, motions = tie.point - model.nodes[node], np.zeros((6, len(model.directions)))
@@ -221,7 +228,7 @@ def _refuse_few(nodes: np.ndarray, dimension: int, prefix: str) -> None:
 
 def _refuse_shared(model: FEModel, tie: Tie, owner: np.ndarray, names: list[str], key: str, name: str) -> None:
     """Refuse a tie whose nodes are held or belong to another tie; `key` is that of the interfaces."""
-    constrained = model.held.reshape(len(model.nodes), -1)[tie.nodes].any(axis=1)
+    constrained = model.by_node(model.held)[tie.nodes].any(axis=1)
     taken, count = owner[tie.nodes], len(tie.nodes)
     prefix, remedy = f"{key}.{name}.tie: 'rbe2' given,", "use 'rbe3'"
     if name.endswith(OF_DECK):

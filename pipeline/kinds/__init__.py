@@ -167,7 +167,7 @@ def simulation(
     0.002
 
     Args:
-        scene: As of `open_job`, or a job, whose other arguments are then its own.
+        scene: File, mapping or model as `open_job` takes it, or a job, which has all other arguments already.
         step: [s]; default: run.step, or the integrator's own.
         restore: A checkpoint of the same scene with the same step, from which it continues.
 
@@ -198,7 +198,7 @@ def plan(scene: Given, *, set: Sequence[str] | Mapping[str, Any] = (), db: str |
     >>> import gudgeon
     >>> plan = gudgeon.plan(gudgeon.example("rod-wall"))
     >>> plan["integrator"], plan["terms"][0]["body"]
-    ('implicit', 'rod')
+    ('small', 'rod')
     """
     job = open_job(scene, set=set, db=db)
     return job.kind.function(job.path, "plan")(job)

@@ -123,7 +123,7 @@ def export(
     Args:
         content: `modes`, `results`, or with a format the name of a body.
         format: `uff`, `op4`, `abaqus`, `exudyn` or `npz`; None writes .vtu files.
-        every: Of the stored frames, one in this number is written.
+        every: Number of stored frames of which one is written.
     """
     from gudgeon.pipeline.exporters.part import EXUDYN, FORMATS, export_part
 
@@ -161,7 +161,7 @@ def wear(
     Args:
         cycles: Number of cycles.
         at: Numbers of cycles after which shapes are written; default: powers of ten from 10 on, and the last one.
-        period: Of a cycle [s]; default: the time of the run after `wear.after`.
+        period: Duration of a cycle [s]; default: the time of the run after `wear.after`.
         tolerance: Largest difference of an update and its two halves, over the clearance; default: 0.01.
     """
     from gudgeon.pipeline.applications.wear.cycles import Asked
@@ -193,7 +193,7 @@ def component(
     2.466
 
     Args:
-        name: Of the component. Its mesh and modes are computed if the database does not have them.
+        name: Name of the component; mesh and modes are computed if the database does not have them.
 
     Raises:
         StageError: a numerical routine failed.

@@ -53,7 +53,7 @@ def new(
     True
 
     Args:
-        file, unit, solids: As of `faces`.
+        file, unit, solids: Part, metres per unit and chosen solids, as `faces` takes them.
         folder: New folder, which must not exist; default: the name of the file.
 
     Raises:

@@ -44,7 +44,7 @@ def calibrate(
     ((6, 8), True)
 
     Args:
-        sensor: Its name; default: the only one of the scene.
+        sensor: Name of the sensor; default: the only one of the scene.
         data: CSV of wrenches and signals; default: unit wrenches on the model.
         excite: Whether the data are of a run in which the arm on the plate moves.
         parameters: Parameters of the arm, as `identify` writes them; default: those of the scene.
@@ -74,7 +74,7 @@ def signals(
     'time [s],top0 [V/V],side'
 
     Args:
-        sensor: Its name; default: the only one of the scene.
+        sensor: Name of the sensor; default: the only one of the scene.
         to: File to write; default: signals.csv in the folder of results.
     """
     job = open_job(scene, set=set, db=db, out=out)
@@ -128,7 +128,7 @@ def identify(
     (41, 'parameters.json')
 
     Args:
-        sensor: Of the plate; default: the only one of the scene.
+        sensor: Name of the plate's sensor; default: the only one of the scene.
         limits: Duration of the exciting trajectory [s], largest angle [rad] and rate [rad/s] of a joint.
         noise: Standard deviation of a sample of load cells, of force and moment [N, N m].
         data: CSV of samples; default: a run of the scene on a trajectory of low condition number.
@@ -163,8 +163,8 @@ def wrench(
     (100, 6)
 
     Args:
-        sensor: Of the plate; default: the only one of the scene.
-        noise: As of `identify`.
+        sensor: Name of the plate's sensor; default: the only one of the scene.
+        noise: Standard deviations as `identify` takes them.
         parameters: File that `identify` wrote; default: parameters of the scene.
         calibration: File that `calibrate` wrote; default: by unit wrenches.
         data: CSV of samples; default: a run of the scene, with which the result is compared.

@@ -60,9 +60,7 @@ def error_energies(
     for cell_material, mesh, nodes in material_parts(model.mesh, material):
         u = displacements
         if mesh is not model.mesh:
-            count, columns = displacements.shape[0] // len(model.nodes), displacements.shape[1]
-            by_node = displacements.reshape(len(model.nodes), count, columns)
-            u = by_node[nodes].reshape(len(nodes) * count, columns)
+            u = model.by_node(displacements)[nodes].reshape(-1, displacements.shape[1])
         incompressible = free and mesh is model.mesh and cell_material.nu >= INCOMPRESSIBLE
         projection = without_traction(model, cell_material) if incompressible else None
         energies = _energies(mesh, cell_material, geometry, u, projection)
@@ -120,7 +118,7 @@ def without_traction(model: FEModel, material: Material) -> tuple[np.ndarray, np
     R = np.linalg.cholesky(elasticity(*material.lame, 3)).T
     Q = np.linalg.qr(np.swapaxes(N @ R.T, 2, 3))[0]
     tractions = (Q @ np.swapaxes(Q, 2, 3)) * sizes[:, :, None, None]
-    constrained = model.held.reshape(len(model.nodes), -1).any(axis=1)
+    constrained = model.by_node(model.held).any(axis=1)
     total, weight = np.zeros((len(model.nodes), 6, 6)), np.zeros(len(model.nodes))
     np.add.at(total, facets, tractions)
     np.add.at(weight, facets, sizes)

@@ -120,7 +120,7 @@ def _smooth_estimate(model: FEModel) -> float:
     quotients = []
     for square in (arm**2).T:
         for along in model.directions.T:
-            u = np.outer(square, along).ravel()
+            u = model.of_nodes(np.outer(square, along))
             u -= rigid @ (rigid.T @ (model.M @ u))
             mass = float(u @ (model.M @ u))
             if mass > 0:

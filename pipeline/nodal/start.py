@@ -52,7 +52,8 @@ def supported_body(
         body = NodalBody(name, none, identity, rates, damping=damping, rigid=np.eye(r), twists=twists, loads=loads)
         return body, sparse.csr_matrix(replace(model, rigid_twists=twists).rigid_modes)
     free, (K, M), (motions, others) = model.free, model.free_matrices(), _rigid_split(model, twists)
-    loads = (_steady((model.M @ np.tile(model.directions @ field, len(model.nodes)))[free]),) if field.any() else ()
+    weight = model.M @ model.of_nodes(np.tile(model.directions @ field, (len(model.nodes), 1)))
+    loads = (_steady(weight[free]),) if field.any() else ()
     body = NodalBody(
         name, K, M, (motions @ rates)[free], damping=damping, rigid=motions[free],
         suppressed=None if others is None else others[free], twists=twists, loads=loads,

@@ -118,7 +118,7 @@ def stress_stiffness(
 def weights_along(model: FEModel, pulled: Sequence[tuple[float, ...]]) -> np.ndarray:
     """Return the weights under unit gravity along unit vectors [N s²/m], (dofs, k); none of a free model."""
     along = np.array(pulled, float).reshape(-1, 3) if model.held.any() else np.zeros((0, 3))
-    return model.M @ np.tile(model.directions @ along.T, (len(model.nodes), 1))
+    return model.M @ model.of_nodes(np.tile(model.directions @ along.T, (len(model.nodes), 1, 1)))
 
 
 def centrifugal_loads(model: FEModel, component: Component) -> np.ndarray:

@@ -52,7 +52,7 @@ def gauge_modes(
     if has:
         residual = _lacking(S, model, B, reduction) + _beside(gauges, model, B, 0.0)
     if weighs:
-        unit = np.tile(model.directions, (len(model.nodes), 1))
+        unit = model.of_nodes(np.tile(model.directions, (len(model.nodes), 1, 1)))
         F = sparse.csr_matrix((model.M @ unit).T)
         weights = _lacking(S, model, F, reduction) + _beside(gauges, model, F, unit)
     if turning is not None:

@@ -36,11 +36,13 @@ class ComponentMatrices:
     def dofs(self) -> np.ndarray:
         """Node of each row of the matrices, from 0, and which of the node's degrees of freedom it is, (N, 2).
 
-        Along `model.directions` or about `model.rotations`; of a solid 0, 1, 2 are x, y, z.
+        Along `model.directions` or about `model.rotations`; of a solid 0, 1, 2 are x, y, z. Rows of generalised
+        coordinates, which follow, have the node −1 and their number.
         """
-        count = len(self.model.directions)
-        node, which = np.divmod(np.arange(self.stiffness.shape[0]), count)
-        return np.column_stack([node, which])
+        rows = np.column_stack(np.divmod(np.arange(self.stiffness.shape[0]), len(self.model.directions)))
+        count = len(rows) - self.model.nodal_dofs
+        rows[self.model.nodal_dofs :] = np.column_stack([np.full(count, -1), np.arange(count)])
+        return rows
 
     @property
     def held(self) -> np.ndarray:

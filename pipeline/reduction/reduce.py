@@ -398,5 +398,4 @@ def _stacked(acting: dict[str, _Acting], spread: sparse.csr_matrix, constrained:
 
 def _participation(model: FEModel, reduction: Reduction) -> np.ndarray:
     """Return Tᵀ M Φ [kg^½], T the unit translations, (3, m); held dofs do not move."""
-    momentum = (model.M @ reduction.Phi).reshape(len(model.nodes), len(model.directions), -1).sum(axis=0)
-    return model.directions.T @ momentum
+    return model.directions.T @ model.by_node(model.M @ reduction.Phi).sum(axis=0)

@@ -49,7 +49,7 @@ class Run:
     scheme: str
     """Common to runs that differ in basis or step only."""
     settings: dict[str, Any]
-    """Its changes of the scene, as nested tables."""
+    """Changes of the scene by this run, as nested tables."""
     coordinates: int
     result: str
     """`FINISHED`, or the reason of the failure."""
@@ -135,7 +135,7 @@ class Cost:
     run: str
     """The setting, or the full-FE step and how it was found; why there is none."""
     error: float | None = None
-    """Its conservative error, of full FE the total one."""
+    """Conservative error of the run; of full FE the total error."""
     integration: float | None = None
     """The time loop alone, of full FE without assembly and factorisation [s]."""
     database: float | None = None
@@ -162,12 +162,12 @@ class Choice:
 
 @dataclass(frozen=True)
 class Term:
-    """One source of error of a run: estimates from runs that differ in it only."""
+    """Source of error of a run, such as step or mesh: estimates from runs that differ in it only."""
 
     source: str
     """`basis`, `step`, `mesh`, `spline spacing` or `contact layer`."""
     how: str
-    """How it is estimated, or why it is not, in words."""
+    """Method of the estimate, or the reason why there is none, in words."""
     errors: Errors = field(default_factory=dict)
     """Estimated error of each quantity, without sign; empty if there is none."""
     orders: Errors = field(default_factory=dict)
@@ -227,7 +227,7 @@ class Document:
     """Reuse against recompute, one row per design change."""
     choice: Choice | None = None
     budget: Budget | None = None
-    """Of the chosen run, or of the one with the least conservative error; None for kinds of scene without one."""
+    """Error budget of the chosen run, or of that with the least conservative error; None for kinds without a budget."""
     costs: list[Cost] = field(default_factory=list)
     """Run times for tolerances by method; empty without full FE or rivals."""
     window: float = 0.0
@@ -239,9 +239,9 @@ class Document:
     notes: list[str] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     timing: str = ""
-    """How times were measured."""
+    """Text on how times were measured."""
     kind: str = "body"
-    """Of the scene, by its identifying table."""
+    """Kind of the scene, by its identifying table."""
     schema: int = SCHEMA
 
     def as_json(self) -> dict[str, Any]:

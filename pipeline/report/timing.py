@@ -29,7 +29,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.keys.products import STAGES, combined, product
-from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.make import keep_for
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.simulate import simulate
@@ -98,8 +98,8 @@ def timed(job: Job, repeat: int, limit: float = math.inf) -> Timed:
     before = prepared(job)
     if not (job.store.has(measured.key) and job.store.has(solved.key)):
         trajectory, record = _measure(job, repeat, limit)
-        keep(job.store, solved, trajectory)
-        keep(job.store, measured, record)
+        keep_for(job, solved, trajectory)
+        keep_for(job, measured, record)
     trajectory, record = job.store.get(solved.key, "trajectory"), job.store.get(measured.key, "measurement")
     fastest, cold, again = (record.seconds[name] for name in ("integration", "cold", "warm"))
     stages = before.stages | {"solve": StageSeconds(Seconds(**cold), Seconds(**again))}
@@ -148,7 +148,7 @@ def made(job: Job, limit: float) -> Trajectory:
     """
     solved = job.trajectory()
     if not job.store.has(solved.key):
-        keep(job.store, solved, simulate(compiled(job), _guard(limit)))
+        keep_for(job, solved, simulate(compiled(job), _guard(limit)))
     return job.store.get(solved.key, "trajectory")
 
 
@@ -226,7 +226,7 @@ def measurement(
     """
     measured = product("measurement", job.name, {"of": of, "how": {"machine": machine(), **how}})
     if not job.store.has(measured.key):
-        keep(job.store, measured, measure())
+        keep_for(job, measured, measure())
     return job.store.get(measured.key, "measurement")
 
 
@@ -258,7 +258,7 @@ def _keep(made: Job, job: Job) -> None:
     for steps in made.components().values():
         for step in steps.values():
             if not job.store.has(step.key):
-                keep(job.store, step, made.store.get(step.key, step.kind))
+                keep_for(job, step, made.store.get(step.key, step.kind))
 
 
 @cache

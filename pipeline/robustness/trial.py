@@ -23,7 +23,7 @@ from gudgeon.pipeline.stages.bodies import system_of
 from gudgeon.pipeline.stages.change import refuse_reuse
 from gudgeon.pipeline.stages.job import Job, grids_of
 from gudgeon.pipeline.stages.keys.products import Product, component_products
-from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.make import keep, keep_for
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.capabilities import INTEGRATORS
 from gudgeon.solver.errors import SceneError, SolverError
@@ -110,7 +110,7 @@ def simulated(job: Job, tell: Callable[[str, float], None]) -> tuple[System, Tra
     system, product = system_of(job), job.trajectory()
     if not job.store.has(product.key):
         trajectory = simulate(system, lambda fraction: tell("solve", fraction))
-        keep(job.store, product, trajectory)
+        keep_for(job, product, trajectory)
     return system, job.store.get(product.key, "trajectory")
 
 

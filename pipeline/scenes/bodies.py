@@ -135,7 +135,7 @@ class SceneFile(Scene):
     def held_at(self, component: str) -> list[str]:
         """Return the interfaces by which motions hold an elastic component in small motion, sorted.
 
-        Of bodies that start undeformed those of cranks, loads and springs, too: R, without mass, would deform them at
+        Where bodies start undeformed, those of cranks, loads and springs too: R, without mass, would deform them at
         once.
         """
         if self.component[component].modes.reduction == "rigid" or self.capabilities.turns:

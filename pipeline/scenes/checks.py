@@ -189,13 +189,13 @@ def _wrong_turning(scene: "SceneFile") -> list[str]:
         if scene.run.stepping != "auto":
             lines.append(
                 f"run.stepping: '{scene.run.stepping}' given, but integrator '{scene.integrator}' has steps of its own;"
-                " it is for bodies that turn by any angle (integrator 'mechanism')"
+                " it is for bodies that turn by any angle (integrator 'turning')"
             )
         for name, body in scene.body.items():
             set_keys = [key for key in ("attachment",) if key in body.model_fields_set]
             lines += [
                 f"body.{name}.{key}: given, but integrator '{scene.integrator}' has small rotations; it is for bodies"
-                " that turn by any angle (integrator 'mechanism')"
+                " that turn by any angle (integrator 'turning')"
                 for key in set_keys
             ]
         return lines

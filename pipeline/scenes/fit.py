@@ -85,8 +85,8 @@ def wrong_swaps(scene: "SceneFile") -> list[str]:
                 f"{key}: {excluded[0]} given; bases change in scenes of given forces, springs and bushings alone, leave"
                 " out one of them"
             )
-        if (integrator := scene.run.integrator) not in ("auto", "implicit"):
-            lines.append(f"{key}: run.integrator '{integrator}' given, bases change with 'implicit'; use 'auto'")
+        if (integrator := scene.run.integrator) not in ("auto", "small"):
+            lines.append(f"{key}: run.integrator '{integrator}' given, bases change with 'small'; use 'auto'")
     return lines
 
 

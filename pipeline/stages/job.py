@@ -194,6 +194,6 @@ def refuse_turning(job: Job, command: str) -> None:
     """Raise an InputError where the bodies of a scene turn by any angle, which a command does not support."""
     if job.scene.capabilities.turns:
         raise InputError(
-            f"{job.path}: {command}: the bodies of this scene turn by any angle (integrator 'mechanism'), which this"
+            f"{job.path}: {command}: the bodies of this scene turn by any angle (integrator 'turning'), which this"
             " command does not support; `gudgeon run` does"
         )

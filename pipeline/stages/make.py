@@ -28,6 +28,12 @@ def keep(store: Store, product: Product, record: Any) -> None:
     store.put(product.key, product.kind, record, product.inputs)
 
 
+def keep_for(job: Place, product: Product, record: Any) -> None:
+    """Write a record into the database of a job, and that its scene uses it; see `check_finite`."""
+    keep(job.store, product, record)
+    job.store.note(product.key, scene_name(job), product.name)
+
+
 def check_finite(product: Product, record: Any) -> None:
     """Raise StageError where a number of a record is not finite."""
     if (field := next(not_finite(record), None)) is not None:

@@ -83,10 +83,10 @@ def by_size(scene: Scene) -> dict[str, str]:
     name, carriers = scene.integrator, scene.carriers()
     if scene.run.integrator != "auto":
         return {}
-    if name == "implicit" and "event" in carriers and scene.run.step is None and not scene.impulsive:
+    if name == "small" and "event" in carriers and scene.run.step is None and not scene.impulsive:
         return {"event": f"up to {FEW_POINTS} contact points"}
     if name == "event" and scene.contact and all(c.law is None for c in scene.contact.values()):
-        return {"implicit": f"more than {FEW_POINTS} contact points, all over flexibility"}
+        return {"small": f"more than {FEW_POINTS} contact points, all over flexibility"}
     return {}
 
 
@@ -112,8 +112,8 @@ def turning_reason(scene: Scene) -> str:
         fixed = all(isinstance(h, Fixed) and h.against is None for h in scene.hinges().values())
         cause = turning_cause(scene.joint, scene.body, scene.probe, scene.run, scene.deforms) if fixed else None
         return f"any angle: joint '{joints[0]}'{others} of two markers" + (f", by {cause}" if cause else "")
-    if scene.run.integrator == "mechanism":
-        return "any angle: run.integrator is 'mechanism'"
+    if scene.run.integrator == "turning":
+        return "any angle: run.integrator is 'turning'"
     return f"any angle: {turned}, beyond {bound}"
 
 

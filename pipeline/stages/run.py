@@ -15,7 +15,7 @@ from gudgeon.pipeline.scenes.reading import named
 from gudgeon.pipeline.stages.base import PLOT, SceneJob, Stage
 from gudgeon.pipeline.stages.folder import PICTURES, claim, held, remove_pictures
 from gudgeon.pipeline.stages.keys.products import combined
-from gudgeon.pipeline.stages.make import keep, scene_name
+from gudgeon.pipeline.stages.make import keep_for, scene_name
 from gudgeon.pipeline.stages.run_report import Progress, RunReport, StageReport
 from gudgeon.pipeline.stages.status import fresh_pictures, remember
 from gudgeon.solver.errors import SceneError
@@ -121,8 +121,7 @@ def _make_stage(job: SceneJob, stage: Stage, tell: Progress) -> StageReport:
         cpu += taken
         text = "%s of '%s': computed in %.2f s of CPU time, record %s"
         log.info(text, stage.name, product.name, taken, product.key[:12])
-        keep(job.store, product, record)
-        job.store.note(product.key, scene, product.name)
+        keep_for(job, product, record)
         ran = True
     tell(stage.name, 1.0)
     return StageReport("ran" if ran else "fresh", time.perf_counter() - start, combined(keys), names, cpu)

@@ -27,9 +27,9 @@ class StageReport:
     """`ran` or `fresh`."""
     seconds: float
     key: str
-    """Of its record, or one for all where it has several."""
+    """Key of the stage's record, or one key for all where it has several."""
     keys: dict[str, str] = field(default_factory=dict)
-    """Of the record of each component, or of the scene."""
+    """Key of the record of each component, or of the scene."""
     cpu: float = 0.0
     """CPU time of computing its records, without reading and writing the database [s]."""
 

@@ -69,11 +69,11 @@ class StudyReport:
     out: str
     files: list[str]
     key: str | None = None
-    """Of the study's record in the database; None where designs are missing."""
+    """Key of the study's record in the database; None where designs are missing."""
     reasons: dict[str, int] = field(default_factory=dict)
     """Number of designs by the reason why they did not finish, of reasons that differ by numbers the first."""
     notes: dict[str, int] = field(default_factory=dict)
-    """The same of notes on runs."""
+    """Number of designs by the note on their runs, of notes that differ by numbers the first."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
@@ -123,11 +123,11 @@ def study(
     {'FINISHED': 2}
 
     Args:
-        scene: As of `kinds.open_job`.
+        scene: File, mapping or model as `kinds.open_job` takes it.
         vary: Texts `path.to.key=values` as the command takes them, or a mapping of paths to such a text or to values.
         over: CSV file with a row of paths and a row of values for each design, in place of `vary`.
         random, latin: Number of designs that are drawn; default: all combinations of values.
-        seed: Of the drawing.
+        seed: Seed of the random numbers.
         set, db, out: See `kinds.open_job`.
         jobs: Processes on this machine; default: its cores. With an executor, the largest number of tasks it has.
         executor: A function that returns a `concurrent.futures.Executor`, or `module:function`.

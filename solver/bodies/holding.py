@@ -72,7 +72,7 @@ def held_body(body: FlexibleBody, joints: Mapping[str, str]) -> FlexibleBody:
         names = " and ".join(f"joint.{name}" for name in joints)
         raise SceneError(f"{names}: all motions of body '{body.name}' are held; keep more modes of its component")
     if omega[0] <= RIGID * omega[-1]:
-        raise SceneError(f"joint.{min(joints)}: body '{body.name}' still moves as a whole; set integrator 'mechanism'")
+        raise SceneError(f"joint.{min(joints)}: body '{body.name}' still moves as a whole; set integrator 'turning'")
     # (Cᵀ)⁺ of the scaled rows.
     inverse = scale[:, None] * ((U[:, :rank] / sizes[:rank]) @ right[:rank])
     weight, every = _weight(body), _all_rows(body)
@@ -182,7 +182,7 @@ class _Statics:
 def _tie(body: FlexibleBody, interface: str, key: str) -> LoadModes:
     """Return the rows of a tie."""
     if not len(body.modal.angular_frequencies):
-        raise SceneError(f"{key}: body '{body.name}' does not deform; set run.integrator to 'mechanism'")
+        raise SceneError(f"{key}: body '{body.name}' does not deform; set run.integrator to 'turning'")
     load = named(body.modal.loads, interface, f"{key}.interface: body '{body.name}' has no tie")
     if len(load.rows) != 6:
         raise SceneError(f"{key}.interface: '{interface}' has {len(load.rows)} rows; kind 'tie' is needed")

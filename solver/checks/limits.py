@@ -126,7 +126,7 @@ class Limits:
         ]
         if (limit := scene.run.limits.angle) <= SMALL_ROTATION or scene.capabilities.turns:
             return self._faces.notes() + balls
-        advice = '; run.integrator = "mechanism" computes both' if scene.may_turn else ""
+        advice = '; run.integrator = "turning" computes both' if scene.may_turn else ""
         turned = [
             f"body.{name} turned by {angle:.3g} rad, which run.limits.angle = {limit:g} allows: beyond"
             f" {SMALL_ROTATION:g} rad this is right only where rotation changes neither the contact geometry nor the"
@@ -219,7 +219,7 @@ def _turns(system: System) -> np.ndarray:
 def _turned_too_far(name: str, angle: float, time: float, limit: float) -> str:
     return (
         f"body '{name}' turned by {angle:.3g} rad at {time:.6g} s, beyond run.limits.angle = {limit:g} rad: rotations"
-        " are linear and gyroscopic terms are missing; shorten run.duration, set run.integrator to 'mechanism' for free"
+        " are linear and gyroscopic terms are missing; shorten run.duration, set run.integrator to 'turning' for free"
         " bodies, or raise run.limits.angle where rotation changes neither the contact geometry nor the inertia"
     )
 

@@ -207,7 +207,7 @@ def _check_facing(name: str, interface: str, placed: np.ndarray, cosines: np.nda
         raise SceneError(
             f"{text}: its normals are up to {worst:.0f} degrees from the direction to it; allowed: {allowed:.0f};"
             " turn the body, or give what strikes a narrow surface that faces the obstacle (the bevel of an edge, the"
-            " cap of a sphere); in integrator 'mechanism' a contact law meets planes at any angle"
+            " cap of a sphere); in integrator 'turning' a contact law meets planes at any angle"
         )
     x, y, z = placed[int(cosines.argmin())]
     raise SceneError(
@@ -339,7 +339,7 @@ def _sliding_chart(chart: Json, name: str) -> Json:
     if chart["kind"] == "patch":
         raise SceneError(
             f"contact.{name}.against.interface: it is a patch, which the normals of points follow by integrator"
-            " 'mechanism' alone; set run.integrator to it, or slide over a plane or in a cylinder"
+            " 'turning' alone; set run.integrator to it, or slide over a plane or in a cylinder"
         )
     return chart
 

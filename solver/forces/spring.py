@@ -28,7 +28,7 @@ class Spring(TwoEnds):
     against_at: Place | None = Field(
         default=None,
         description="Point of the other body, as `at`, or point of the ground in the scene [m]: the spring acts along"
-        " the line between both points, which turns with them, as it does in scenes of integrator mechanism between two"
+        " the line between both points, which turns with them, as it does in scenes of integrator turning between two"
         " interfaces without a `direction`",
     )
     length: Length | None = Field(

@@ -66,10 +66,10 @@ def choose(system: System) -> tuple[str, float]:
     name, critical = scene.integrator, cache(lambda: critical_frequency(system))
     if run.integrator == "auto":
         located = "event" in scene.carriers() and run.step is None and not scene.impulsive
-        if name == "implicit" and points <= FEW_POINTS and located:
+        if name == "small" and points <= FEW_POINTS and located:
             name = "event"
         elif name == "event" and points > FEW_POINTS and _over_flexibility(system):
-            name = "implicit"
+            name = "small"
     integrator = INTEGRATORS[name]
     if integrator.own_steps:
         return name, 0.0

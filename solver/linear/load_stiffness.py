@@ -106,7 +106,7 @@ def _carried(scene: Scene, softened: list[str], notes: list[str]) -> bool:
         names = " and ".join(f"body.{name}" for name in softened)
         notes.append(
             f"run.integrator: '{scene.run.integrator}' carries no softening by loads, and that of {names} is not"
-            " included; use 'auto' or 'implicit'"
+            " included; use 'auto' or 'small'"
         )
         return False
 

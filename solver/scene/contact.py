@@ -58,13 +58,13 @@ class Friction(Strict):
     speed: PositiveSpeed | None = Field(
         default=None,
         description="v₀ of friction that rises with the sliding speed, μ F v/√(v² + v₀²), for bodies that turn by any"
-        " angle (integrator 'mechanism'): points that should stick creep, slower than this [m/s]; default: points"
+        " angle (integrator 'turning'): points that should stick creep, slower than this [m/s]; default: points"
         " stick",
     )
     stiffness: Stiffness | None = Field(
         default=None,
         description="Of the tangential spring by which a point sticks where bodies turn by any angle (integrator"
-        " 'mechanism'); default: by Mindlin 0.82 times its stiffness along the normal: that of R and surface_stiffness,"
+        " 'turning'); default: by Mindlin 0.82 times its stiffness along the normal: that of R and surface_stiffness,"
         " or of its law at an indentation of 1e-4 of the body's radius of gyration [N/m]",
     )
 

@@ -78,12 +78,12 @@ def refuse_turning_probe(name: str, probe: Probe) -> None:
     if isinstance(probe, ForceProbe):
         if probe.of.partition(".")[0] not in ("joint", "force"):
             raise ValueError(
-                f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'mechanism' reads forces of joints,"
+                f"probe.{name}.of: '{probe.of}' given; a scene of integrator 'turning' reads forces of joints,"
                 " springs, bushings and electrostatic fields"
             )
     elif probe.interface is not None and probe.kind == "rotation":
         raise ValueError(
-            f"probe.{name}.interface: given; in a scene of integrator 'mechanism' rotations are those of the bodies'"
+            f"probe.{name}.interface: given; in a scene of integrator 'turning' rotations are those of the bodies'"
             " frames; leave it out"
         )
 

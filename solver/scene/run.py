@@ -18,8 +18,10 @@ DEFAULTS = ", ".join(
 )
 LIMITS = ", ".join(f"{one.largest:g}/ω_c ({name})" for name, one in INTEGRATORS.items() if isfinite(one.largest))
 
-FORMER = {"explicit": "implicit", "collocation": "implicit"}
-"""Names of before by the integrator that has their scenes."""
+FORMER = dict.fromkeys(("explicit", "implicit", "collocation", "discrete-gradient", "general"), "small") | {
+    "mechanism": "turning"
+}
+"""Former names of integrators by the one that has their scenes."""
 LEAST_WINDOW = 1e-12
 """Least window over the duration: times of a run have round-off of 1e-16 of it."""
 
@@ -64,9 +66,9 @@ class Run(Strict):
     )
     accuracy: Annotated[float, Field(ge=1e-12, le=0.1)] | None = Field(
         default=None,
-        description="Relative error that determines the step where run.step is left out: with implicit of"
+        description="Relative error that determines the step where run.step is left out: with small of"
         " the impulse and the windowed force of each contact and of the energy balance (default 1e-3); with"
-        " mechanism of the motion (default 1e-8); not used by event",
+        " turning of the motion (default 1e-8); not used by event",
         json_schema_extra={"unit": "1"},
     )
     checks: bool = Field(
@@ -89,16 +91,16 @@ class Run(Strict):
         " of the elastic bodies in contact, times 2.5 unless all contacts have nonlinear laws, at most the duration;"
         " none for rigid bodies. Default of the window: of each contact a tenth of its hardest impact, at most that",
     )
-    integrator: Literal["auto", "event", "implicit", "mechanism"] = Field(
+    integrator: Literal["auto", "event", "small", "turning"] = Field(
         default="auto",
         description="event: exact motion between located events, for linear and rigid contact of a few points;"
-        " implicit: exact motion of the modes under mean forces, for every feature of small motion; mechanism: order 8"
+        " small: exact motion of the modes under mean forces, for every feature of small motion; turning: order 8"
         " with projection, for rigid bodies that turn by any angle, on joints; auto: selected from the features of the"
         " scene",
     )
     stepping: Literal["auto", "explicit", "implicit"] = Field(
         default="auto",
-        description="Steps of integrator mechanism. explicit: of order 8, below about 6 over the highest frequency of a"
+        description="Steps of integrator turning. explicit: of order 8, below about 6 over the highest frequency of a"
         " body; implicit: of order 10 and not bounded by it, for bodies that deform, without contact and without"
         " attachment 'fixed', exponential ones, exact in vibrations, of bodies without joints; auto: explicit ones, and"
         " the others while those are bounded by frequencies and these are longer",
@@ -124,7 +126,7 @@ class Run(Strict):
     @classmethod
     def _present(cls, name: object) -> object:
         if isinstance(name, str) and name in FORMER:
-            raise ValueError(f"'{name}' given, an integrator of before; use '{FORMER[name]}' or 'auto'")
+            raise ValueError(f"'{name}' given, a former integrator; use '{FORMER[name]}' or 'auto'")
         return name
 
     @model_validator(mode="after")

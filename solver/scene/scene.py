@@ -68,7 +68,7 @@ class Scene(Strict):
         for name, surface in self.others().items():
             contact = self.contact[name]
             refuse_both_sides(name, contact, surface)
-            if surface.body == contact.body and isinstance(surface, MasterSurface) and self.integrator != "mechanism":
+            if surface.body == contact.body and isinstance(surface, MasterSurface) and self.integrator != "turning":
                 raise ValueError(
                     f"contact.{name}.against.body: points do not slide over a traction space of their own body where it"
                     " does not turn; it meets itself by interfaces of kind 'points' and shape 'body'"
@@ -130,7 +130,7 @@ class Scene(Strict):
         """Return the joints of two markers that hold bodies in small motion by name: all, where nothing turns and an
         integrator of small motion carries the rest of the scene, or none."""
         hinges, arguments = self.hinges(), (self.joint, self.body, self.probe, self.run, self.deforms)
-        if not hinges or self.run.integrator == "mechanism" or turning_cause(*arguments) is not None or self._fast:
+        if not hinges or self.run.integrator == "turning" or turning_cause(*arguments) is not None or self._fast:
             return {}
         demands = list(_demands(self.model_copy(update={"joint": self.cranks()})))
         return (
@@ -158,7 +158,7 @@ class Scene(Strict):
     def turns_by_choice(self) -> bool:
         """Whether its bodies turn by any angle: they have joints of two markers that do more than hold bodies on the
         ground, their integrator is named, or a free one turns far and that integrator carries the scene."""
-        named = self.run.integrator == "mechanism"
+        named = self.run.integrator == "turning"
         return named or (bool(self.hinges()) and not self.held()) or self._turns_freely
 
     def fields(self) -> dict[str, Electrostatic | ParallelPlates | Adhesion]:
@@ -249,13 +249,13 @@ class Scene(Strict):
 
     @property
     def general(self) -> bool:
-        """Whether the implicit integrator runs it over ports; sliding pairs, and loads alone, have a faster loop."""
-        return not prefers(list(_demands(self)), "implicit") or bool(self.contact and not self.masters())
+        """Whether integrator 'small' runs it over ports; sliding pairs, and loads alone, have a faster loop."""
+        return not prefers(list(_demands(self)), "small") or bool(self.contact and not self.masters())
 
     @property
     def loop(self) -> str:
-        """Name of the time loop that runs it: that of its integrator, or `general`."""
-        return "general" if self.integrator == "implicit" and self.general else self.integrator
+        """Name of the time loop that runs it: that of its integrator, or `implicit`."""
+        return "implicit" if self.integrator == "small" and not self.general else self.integrator
 
     @property
     def integrator(self) -> str:
@@ -271,7 +271,7 @@ class Scene(Strict):
             if able and not stepping:
                 refuse_step(" and ".join(map(repr, able)))
             if self._turns_freely:
-                return "mechanism"
+                return "turning"
             if able:
                 return stepping[0]
             raise ValueError(self._turning_refusal() or conflict(demands))
@@ -288,7 +288,7 @@ class Scene(Strict):
         if not able and refusal:
             return refusal
         advice = f"use {' or '.join(map(repr, ('auto', *able)))}" if able else "no integrator supports the whole scene"
-        if refusal and named == "mechanism":
+        if refusal and named == "turning":
             advice += f"; or {refusal}"
         missing = listed([d.what for d in lacks])
         return f"run.integrator: '{named}' does not support {missing}; {advice}"
@@ -297,13 +297,13 @@ class Scene(Strict):
         """Return a line of what its bodies, which turn by any angle, do not carry; None where they do not turn."""
         why = [f"joint.{name}.kind is '{self.joint[name].kind}'" for name in self.hinges() if not self.held()]
         why += [f"the line of force.{name} turns" for name in self.point_springs()]
-        lacks = lacking(list(_demands(self)), "mechanism")
+        lacks = lacking(list(_demands(self)), "turning")
         tables = {"contact": self.contact, "force": self.force, "motion": self.motion}
         elements = [(d, *d.where.split(".", 1)) for d in lacks]
         refused = [(d.where, d.feature, tables[table][name]) for d, table, name in elements if table in tables]
-        if not (why or self.run.integrator == "mechanism") or len(refused) < len(lacks):
+        if not (why or self.run.integrator == "turning") or len(refused) < len(lacks):
             return None
-        because = f" ({why[0]}, so bodies turn by any angle: integrator 'mechanism')" if why else ""
+        because = f" ({why[0]}, so bodies turn by any angle: integrator 'turning')" if why else ""
         return turning_refusal(refused) + because
 
     def _left_to_choose(self) -> "Scene":
@@ -323,9 +323,9 @@ class Scene(Strict):
 
     @property
     def may_turn(self) -> bool:
-        """Whether integrator 'mechanism' supports the whole scene."""
-        named = self.model_copy(update={"run": self.run.model_copy(update={"integrator": "mechanism"})})
-        return not lacking(list(_demands(named)), "mechanism")
+        """Whether integrator 'turning' supports the whole scene."""
+        named = self.model_copy(update={"run": self.run.model_copy(update={"integrator": "turning"})})
+        return not lacking(list(_demands(named)), "turning")
 
     @property
     def capabilities(self) -> type[Integrator]:

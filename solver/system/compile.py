@@ -191,9 +191,12 @@ def _start(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> np.ndarr
             target[:3] += np.cross(target[3:], arm)
         velocity[body.rigid] = body.rigid_velocity(target[:3], target[3:])
         lacking = np.abs(body.centre_motion(velocity[body.rigid]) - target).reshape(2, 3).max(axis=1)
-        errors = zip(("velocity", "angular_velocity"), lacking, target.reshape(2, 3), strict=True)
-        for key, missed, target_part in errors:
-            if missed > 1e-6 * max(np.abs(target_part).max(), *map(abs, getattr(start, key))):
+        radius = np.sqrt(np.trace(body.morph.inertia) / body.morph.mass)
+        sizes = np.abs([target, [*start.velocity, *start.angular_velocity]]).max(axis=0).reshape(2, 3).max(axis=1)
+        # Round-off of one motion is in the other, too, by the radius of gyration.
+        allowed = 1e-6 * sizes + 1e-9 * sizes[::-1] * [radius, 1 / radius if radius > 0 else 0.0]
+        for key, missed, limit in zip(("velocity", "angular_velocity"), lacking, allowed, strict=True):
+            if missed > limit:
                 raise SceneError(
                     f"body.{name}.{key}: {list(getattr(start, key))} given, but its freedom, supports or inertia do not"
                     " allow this motion"

@@ -152,7 +152,7 @@ class System:
     @cached_property
     def rubbing(self) -> frozenset[str]:
         """Contacts whose runs keep the friction of their points."""
-        if self.scene.loop != "general":
+        if self.scene.loop != "small":
             return frozenset()
         return frozenset(name for name, contact in self.scene.contact.items() if contact.friction is not None)
 

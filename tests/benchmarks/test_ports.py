@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gudgeon.solver.integrators.general import integrator
-from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.small import integrator
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.system.system import System
 from tests.solver.port_systems import chain, pair, rubbing_ports
 
@@ -28,7 +28,7 @@ def readings(system: System, dt: float, frames: int, stride: int = FRAME) -> tup
     """
     seconds, acting = np.zeros((RUNS, frames)), np.zeros(frames)
     for number in range(RUNS):
-        run = General(system, dt)
+        run = Small(system, dt)
         applied = np.zeros(len(run.arrays.constants.given))
         for frame in range(frames):
             begin = time.process_time()

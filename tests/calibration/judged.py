@@ -176,7 +176,7 @@ def solved(case: Case, overrides: Mapping[str, Any], folder: Path) -> Answer:
     record = report.trajectory()
     histories = {name: (np.asarray(record.times), np.asarray(p.values)[:, :3]) for name, p in record.probes.items()}
     kinds = {name: p.kind for name, p in record.probes.items()}
-    step = float(record.counts["step"]) if record.counts.get("integrator") == "implicit" else None
+    step = float(record.counts["step"]) if record.counts.get("integrator") == "small" else None
     return Answer(values, report.estimates, getattr(report, "not_estimated", {}), histories, kinds, step)
 
 

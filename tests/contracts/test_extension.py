@@ -130,7 +130,7 @@ print(json.dumps(found))
 def scenes() -> dict[str, dict]:
     """Return a scene with each new member."""
     floor = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
-    given = {"integrator": "implicit", "checks": False, "frames": 2}
+    given = {"integrator": "small", "checks": False, "frames": 2}
     crank = {
         "kind": "lifter", "body": "part", "interface": "pin", "crank_radius": 0.002, "rod_length": 0.02,
         "speed": 3000.0, "centre": [1e-3, 0.0, -0.012],

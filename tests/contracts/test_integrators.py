@@ -9,19 +9,19 @@ import pytest
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.capabilities import INTEGRATORS
-from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.integrators.steps import plan_run
 from gudgeon.solver.scene.run import Run
 from gudgeon.solver.simulate import simulate, start
 from tests.solver.systems import build, rod_records
 
 METHODS: dict[str, dict[str, Any]] = {
-    "implicit": {"method": "residual"},
+    "small": {"method": "residual"},
     "event": {"method": "residual"},
 }
 CLOSED, WHOLE = 1.6e-4, 6e-4
 """Of a rod of 400 µs of contact: closed from the start to the end, and until it has parted [s]."""
-STEPS = {"implicit": 320}
+STEPS = {"small": 320}
 """Steps in the time in which the rod is closed: their error is in its asymptotic range, and that of eight times as many
 above round-off; each number divides the time into whole steps."""
 FINER = (1, 2, 4, 8)
@@ -53,15 +53,15 @@ def apart(found: Trajectory, exact: Trajectory) -> float:
 
 def test_every_member_has_a_case() -> None:
     assert set(INTEGRATORS) == set(get_args(Run.model_fields["integrator"].annotation)) - {"auto"}
-    # Without contact: its own tests are in tests/solver/integrators/mechanism.
-    assert set(METHODS) == set(INTEGRATORS) - {"mechanism"}
+    # Without contact: its own tests are in tests/solver/integrators/turning.
+    assert set(METHODS) == set(INTEGRATORS) - {"turning"}
     assert set(STEPS) == {name for name in METHODS if math.isfinite(INTEGRATORS[name].order)}
 
 
 @pytest.mark.parametrize("name", sorted(METHODS))
 def test_runs_have_the_capabilities_of_their_name(name: str, tmp_path: Path) -> None:
     system = build(tmp_path, rod_records(2), scene(name, METHODS[name]))
-    assert isinstance(start(system, plan_run(system)), General if name == "implicit" else INTEGRATORS[name])
+    assert isinstance(start(system, plan_run(system)), Small if name == "small" else INTEGRATORS[name])
 
 
 @pytest.mark.parametrize("name", sorted(STEPS))
@@ -81,7 +81,7 @@ def test_the_windowed_force_of_rigid_contact_has_its_jumps(tmp_path: Path) -> No
     key = "wall.force_peak"
     assert exact.quantities["wall.force_window"]["value"] == 5e-6
     for step in (1e-7, 2.5e-8):
-        found = solved(tmp_path / f"{step}", "implicit", rigid, window=5e-6, step=step)
+        found = solved(tmp_path / f"{step}", "small", rigid, window=5e-6, step=step)
         assert found.quantities["wall.impulse"]["value"] == pytest.approx(
             exact.quantities["wall.impulse"]["value"], rel=1e-3
         )

@@ -5,9 +5,9 @@ from tests.mutants.fault import Fault, faults
 LAWS = ["tests/solver/laws/test_laws.py", "tests/contracts/test_laws.py"]
 LCP = ["tests/solver/contact/test_lcp.py", "tests/solver/contact/test_compliance.py"]
 LOG = ["tests/solver/integrators/test_impact_log.py"]
-IMPACTS = ["tests/solver/integrators/general/test_impacts.py"]
-SPLINES = ["tests/solver/integrators/mechanism/test_surfaces.py"]
-PRESSED = ["tests/solver/integrators/mechanism/test_ground.py", "tests/solver/integrators/mechanism/test_surfaces.py"]
+IMPACTS = ["tests/solver/integrators/small/test_impacts.py"]
+SPLINES = ["tests/solver/integrators/turning/test_surfaces.py"]
+PRESSED = ["tests/solver/integrators/turning/test_ground.py", "tests/solver/integrators/turning/test_surfaces.py"]
 
 NATIVE: list[Fault] = [
     *faults(

@@ -23,7 +23,7 @@ LIBRARIES = ("numpy", "scipy.linalg", "scipy.sparse.linalg", "scipy.optimize", "
 CORE = "gudgeon.solver.core._checked"
 PATIENCE, LEAST = 5.0, 20
 """CPU time that a fault may take over that of the sound tests, and the least limit [s]: some faults end in no time."""
-WALL = 900.0
+WALL = 240.0
 """Wall time of a run [s], for faults that wait."""
 SURVIVED, KILLED, BROKEN = "survived", "killed", "broken"
 """No test fails; a test fails or ends in no time; tests are not collected: the source cannot even be imported."""

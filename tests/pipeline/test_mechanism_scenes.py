@@ -54,7 +54,7 @@ def test_arrows_of_a_film_end_within_it(tmp_path: Path) -> None:
 
 def test_the_plan_says_how_it_runs(tmp_path: Path) -> None:
     found = plan(scene_path("squeezer"), db=tmp_path / "db")
-    assert found["integrator"] == "mechanism"
+    assert found["integrator"] == "turning"
     ports = {row["member"]: row for row in found["ports"]}
     assert (ports["joint.o"]["number"], ports["joint.o"]["rows"]) == (5, "moving")
     assert ports["force.spring"]["rows"] == "moving"

@@ -88,7 +88,7 @@ def test_a_tilted_face_ends_the_run_as_its_edge_goes_below(contact: str, tilt: f
 
 def test_so_it_does_in_a_mechanism(tmp_path: Path) -> None:
     scene = (FALLS + GROUND).replace("TILT", "1.0")
-    assert solved(tmp_path, scene, **{"run.integrator": "mechanism"})[0] == "FACE_TURNED"
+    assert solved(tmp_path, scene, **{"run.integrator": "turning"})[0] == "FACE_TURNED"
 
 
 def test_a_slight_tilt_is_noted_and_none_is_not(tmp_path: Path) -> None:

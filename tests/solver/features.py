@@ -341,7 +341,7 @@ def draft_of(names: Iterable[str]) -> Draft:
         "body": {"part": {"velocity": [SPEED, 0.05, 0.03]}},
         "contact": {}, "joint": {}, "force": {}, "probe": {}, "motion": {},
         "run": {
-            "duration": DURATION, "samples": 50, "frames": 5, "step": STEP, "checks": False, "integrator": "implicit",
+            "duration": DURATION, "samples": 50, "frames": 5, "step": STEP, "checks": False, "integrator": "small",
             "start": "undeformed",
         },
     }  # fmt: skip

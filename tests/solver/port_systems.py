@@ -116,7 +116,7 @@ def pair(
             "touch": {"body": "a", "interface": "face", "against": {"shape": "body", "body": "b", "interface": "face"}}
             | rubs
         },
-        "run": {"duration": 1e-3, "integrator": "implicit"},
+        "run": {"duration": 1e-3, "integrator": "small"},
     }
     return build_all(folder, records, scene)
 
@@ -180,7 +180,7 @@ def chain(
     bars: int,
     modes: int = 40,
     *,
-    integrator: str = "implicit",
+    integrator: str = "small",
     damping: float = 0.0,
     apart: float = 0.0,
 ) -> System:

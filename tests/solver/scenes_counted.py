@@ -194,13 +194,11 @@ def implicit(finer: int = 1) -> dict[str, Family]:
 
     Damping and gravity have no loops of their own there: with them steps without either took longer, not less.
     """
-    block = Case(
-        {"part": systems.block_records(3)}, merged(systems.block_scene(), _run("implicit", 2e-4, 4e-6 / finer))
-    )
+    block = Case({"part": systems.block_records(3)}, merged(systems.block_scene(), _run("small", 2e-4, 4e-6 / finer)))
     parts = {"part": systems.block_records(3), "plate": systems.plate_records(3)}
-    pair = Case(parts, merged(systems.pair_scene(), _run("implicit", 4e-5, 2e-6 / finer)))
+    pair = Case(parts, merged(systems.pair_scene(), _run("small", 4e-5, 2e-6 / finer)))
     push = {"kind": "moving", "body": "part", "interface": "track", "force": 9.0, "at": [0.005, 0.001]}
-    guided = merged(systems.piston_scene(clearance=1e-5), _run("implicit", 2e-4, 4e-6 / finer))
+    guided = merged(systems.piston_scene(clearance=1e-5), _run("small", 2e-4, 4e-6 / finer))
     drives = {key: guided.pop(key) for key in ("joint", "force")}
     guided = merged(guided, {"body": {"part": {"velocity": [1.0, 0.0, 0.0]}}})
     modal, morph = systems.piston_records(3)
@@ -211,7 +209,7 @@ def implicit(finer: int = 1) -> dict[str, Family]:
     guides = Case({"part": (bare, morph)}, guided)
     full = {"part": (modal, morph)}
     return {
-        "implicit": family(
+        "small": family(
             block, {"dashpot 'none'": _contact("wall", dashpot="none"), "no gravity": STILL},
             {"surface layer": _contact("wall", surface_stiffness=1e14), "moving force": {"force": {"f": push}},
              "damping": DAMPED},
@@ -260,8 +258,8 @@ def smooth(finer: int = 1) -> dict[str, Family]:
     spring = {"force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": 1e3}}}
     lossy = _contact("wall", law={"kind": "hunt-crossley", "stiffness": 2e9, "restitution": 0.5})
     mass = {"part": systems.rigid_records(1.0, {"tip": ([systems.LENGTH, 0, 0], [1.0, 0, 0])})}
-    rod = merged(systems.rod_scene(law=law, method="residual"), _run("implicit", 3e-4, 1e-6 / finer))
-    point = merged(systems.rod_scene(law=law, method="penalty"), _run("implicit", 6e-4, 2e-6 / finer))
+    rod = merged(systems.rod_scene(law=law, method="residual"), _run("small", 3e-4, 1e-6 / finer))
+    point = merged(systems.rod_scene(law=law, method="penalty"), _run("small", 6e-4, 2e-6 / finer))
     return {
         "law, elastic": family(
             Case({"part": systems.rod_records(3)}, rod), {"no gravity": STILL, "no gauges": UNREAD}, {"gauge": READ}

@@ -12,9 +12,9 @@ from gudgeon.modaldb.keys import content_key
 from gudgeon.modaldb.records.modes import InterfaceModes, LoadModes, ModalRecord, MorphRecord, TractionModes
 from gudgeon.modaldb.records.tangents import tangents
 from gudgeon.modaldb.stores.folder import FolderStore
-from gudgeon.solver.integrators.general.integrator import General
 from gudgeon.solver.integrators.implicit.integrator import Implicit
 from gudgeon.solver.integrators.outcome import Samples
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.system.compile import compile_system
 from gudgeon.solver.system.system import System
@@ -259,7 +259,7 @@ def arrays(item: Any) -> Iterator[np.ndarray]:
 class March:
     """Every step of the implicit integrator, without a plan of steps; n steps."""
 
-    run: Implicit | General
+    run: Implicit | Small
     times: np.ndarray
     forces: np.ndarray
     """(n, k, 3)"""
@@ -269,7 +269,7 @@ class March:
     """Rigid coordinates, their rates, length errors, (n, 2 r + j)."""
 
 
-def march(system: System, dt: float, steps: int, loop: type[Implicit] | type[General] = Implicit) -> March:
+def march(system: System, dt: float, steps: int, loop: type[Implicit] | type[Small] = Implicit) -> March:
     """Take steps of the implicit integrator by one of its loops."""
     run, driving = loop(system, dt), system.driving
     widths = len(driving.rows), 2 * len(system.rigid) + len(driving.joints)

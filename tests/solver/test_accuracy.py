@@ -45,13 +45,13 @@ def windowed_peak(system: System, found: Trajectory) -> float:
 @pytest.fixture(scope="module")
 def converged(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, float]:
     """Impulse and windowed peak of a rod at a wall at 1 ns, where both have converged to 1e-5."""
-    system = rod(tmp_path_factory.mktemp("fine"), integrator="implicit", step=1e-9, samples=40_000)
+    system = rod(tmp_path_factory.mktemp("fine"), integrator="small", step=1e-9, samples=40_000)
     found = simulate(system)
     return found.quantities["wall.impulse"]["value"], windowed_peak(system, found)
 
 
 def test_the_default_step_has_converged(tmp_path: Path, converged: tuple[float, float]) -> None:
-    system = rod(tmp_path, integrator="implicit", samples=40_000)
+    system = rod(tmp_path, integrator="small", samples=40_000)
     found = simulate(system)
     assert found.result == Result.FINISHED.name
     assert found.quantities["wall.impulse"]["value"] == pytest.approx(converged[0], rel=1e-3)
@@ -65,7 +65,7 @@ def test_the_default_step_has_converged(tmp_path: Path, converged: tuple[float, 
 def test_impulse_does_not_depend_on_duration_samples_or_frames(
     tmp_path: Path, converged: tuple[float, float], run: dict[str, Any]
 ) -> None:
-    found = simulate(rod(tmp_path, integrator="implicit", **run))
+    found = simulate(rod(tmp_path, integrator="small", **run))
     assert found.quantities["wall.impulse"]["value"] == pytest.approx(converged[0], rel=1e-3)
 
 
@@ -80,7 +80,7 @@ def test_gravity_changes_the_integrator_but_not_the_answer(tmp_path: Path) -> No
 
 
 def test_a_smaller_accuracy_takes_a_smaller_step(tmp_path: Path) -> None:
-    runs = [simulate(rod(tmp_path / str(n), integrator="implicit", accuracy=x)) for n, x in enumerate((1e-2, 1e-5))]
+    runs = [simulate(rod(tmp_path / str(n), integrator="small", accuracy=x)) for n, x in enumerate((1e-2, 1e-5))]
     assert runs[1].counts["step"] < 0.2 * runs[0].counts["step"]
     # What is read beside impulse and force has its error stated, not limited.
     assert max(runs[1].estimates.get(f"step.{name}", 0.0) for name in accuracy.Difference._fields) <= 1e-5
@@ -88,14 +88,14 @@ def test_a_smaller_accuracy_takes_a_smaller_step(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("run", [{"checks": False}, {"checks": False, "step": 1e-8}])
 def test_a_run_without_checks_is_taken_once(tmp_path: Path, run: dict[str, Any]) -> None:
-    found = simulate(rod(tmp_path, integrator="implicit", **run))
+    found = simulate(rod(tmp_path, integrator="small", **run))
     assert not any(name.startswith("step.") for name in found.estimates)
 
 
 def test_a_given_step_is_kept_and_its_error_estimated(tmp_path: Path, struck: Trajectory) -> None:
     """Also where the energy balance is exact at any step, so that nothing else shows the error."""
     for step in (4e-6, 1e-6, 2.5e-7):
-        found = simulate(rod(tmp_path / str(step), integrator="implicit", step=step))
+        found = simulate(rod(tmp_path / str(step), integrator="small", step=step))
         assert found.counts["step"] <= step * (1 + 1e-9)
         errors = [
             abs(found.quantities[key]["value"] / struck.quantities[key]["value"] - 1)
@@ -116,7 +116,7 @@ def test_a_given_step_without_contact_has_its_error_estimated(step: float, tmp_p
     scene = {
         "body": {"part": {"velocity": [0.3, 0, 0]}},
         "force": {"s": {"kind": "spring", "body": "part", "direction": [1, 0, 0], "stiffness": stiffness}},
-        "run": {"duration": 1.0, "samples": 100, "frames": 50, "integrator": "implicit", "step": step},
+        "run": {"duration": 1.0, "samples": 100, "frames": 50, "integrator": "small", "step": step},
     }
     points = {"face": ([0.1, 0.0, 0.0], [1.0, 0.0, 0.0])}
     found = simulate(build(tmp_path, rigid_records(mass, points, (1e-3, 1e-3, 1e-3)), scene))
@@ -129,7 +129,7 @@ def test_a_given_step_without_contact_has_its_error_estimated(step: float, tmp_p
 
 
 def test_motion_that_does_not_converge_is_a_failure_with_its_estimate(tmp_path: Path) -> None:
-    system, rng = rod(tmp_path, integrator="implicit"), np.random.default_rng(0)
+    system, rng = rod(tmp_path, integrator="small"), np.random.default_rng(0)
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
 
     def irregular(plan: Any) -> Trajectory:
@@ -148,7 +148,7 @@ def test_errors_above_the_default_accuracy_are_stated_up_to_a_tenth(
 ) -> None:
     """As those of the tenth revolution of an engine; an accuracy that is asked for is met or refused."""
     settings = {} if asked is None else {"accuracy": asked}
-    system, factors = rod(tmp_path, integrator="implicit", **settings), itertools.cycle([1 - spread, 1 + spread])
+    system, factors = rod(tmp_path, integrator="small", **settings), itertools.cycle([1 - spread, 1 + spread])
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
 
     def irregular(plan: Any) -> Trajectory:
@@ -169,7 +169,7 @@ def test_energy_that_restitution_creates_with_friction_is_the_reason(tmp_path: P
     scene: dict[str, Any] = {
         "body": {"part": {"position": [0, 0, 0.41], "velocity": [-1.0, 0, -1.0], "freedom": ["x", "z", "ry"]}},
         "contact": {"a": contact},
-        "run": {"duration": 2e-2, "integrator": "implicit"},
+        "run": {"duration": 2e-2, "integrator": "small"},
     }
     records = rigid_records(1.0, points, (0.083, 0.083, 0.083))
     outcome = simulate(build(tmp_path / "large", records, scene))
@@ -181,7 +181,7 @@ def test_energy_that_restitution_creates_with_friction_is_the_reason(tmp_path: P
 
 def test_differences_that_do_not_decrease_end_the_search_for_a_step_after_seven_halvings(tmp_path: Path) -> None:
     """Impulses that change by half at each step, as in a chaotic train of impacts."""
-    system, counts = rod(tmp_path, integrator="implicit"), list[int]()
+    system, counts = rod(tmp_path, integrator="small"), list[int]()
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
 
     def chaotic(plan: Any) -> Trajectory:
@@ -195,7 +195,7 @@ def test_differences_that_do_not_decrease_end_the_search_for_a_step_after_seven_
 
 def test_a_first_difference_that_is_small_by_chance_does_not_end_the_search(tmp_path: Path) -> None:
     """Steps in which all of a train of impacts is one have the same impulse; finer ones part it, and then converge."""
-    system, counts = rod(tmp_path, integrator="implicit"), list[int]()
+    system, counts = rod(tmp_path, integrator="small"), list[int]()
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
     off = {0: 0.0, 1: 0.002} | {halvings: 0.012 * 2.0 ** (3 - halvings) for halvings in range(2, 13)}
 
@@ -212,7 +212,7 @@ def test_a_first_difference_that_is_small_by_chance_does_not_end_the_search(tmp_
 @pytest.mark.parametrize("size", [0.003, 0.05])
 def test_errors_that_halve_with_the_step_are_estimated_as_they_are(size: float, tmp_path: Path) -> None:
     """Whether the last step is a half of the one before or less: the estimate is 1 to 2 times the error."""
-    system, steps = rod(tmp_path, integrator="implicit"), list[int]()
+    system, steps = rod(tmp_path, integrator="small"), list[int]()
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
 
     def converging(plan: Any) -> Trajectory:
@@ -226,7 +226,7 @@ def test_errors_that_halve_with_the_step_are_estimated_as_they_are(size: float, 
 
 
 def test_a_step_is_halved_until_its_energy_error_is_small_too(tmp_path: Path) -> None:
-    system, steps = rod(tmp_path, integrator="implicit"), list[int]()
+    system, steps = rod(tmp_path, integrator="small"), list[int]()
     good = simulate(replace(system, scene=system.scene.model_copy(update={"run": run_of(system, step=1e-8)})))
 
     def drifting(plan: Any) -> Trajectory:
@@ -241,7 +241,7 @@ def test_a_step_is_halved_until_its_energy_error_is_small_too(tmp_path: Path) ->
 def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None:
     """A block strikes a wall, a plane that it cannot leave, with a given step that is too long for its contact."""
     scene = block_scene()
-    scene["run"] |= {"integrator": "implicit", "step": 2e-5}
+    scene["run"] |= {"integrator": "small", "step": 2e-5}
     found = simulate(build(tmp_path, block_records(4), scene))
     assert found.energy_drift > 0.05
     assert found.result == Result.ENERGY.name

@@ -78,18 +78,18 @@ def test_a_larger_limit_allows_it(tmp_path: Path) -> None:
 SPINNING: dict[str, Any] = {"body": {"part": {"angular_velocity": [0.01, 5.0, 0.02]}}}
 
 
-@pytest.mark.parametrize("integrator", ["event", "implicit", "auto"])
+@pytest.mark.parametrize("integrator", ["event", "small", "auto"])
 def test_a_body_that_a_raised_limit_lets_turn_is_said(integrator: str, tmp_path: Path) -> None:
     """About the middle one of its axes, which is unstable: small motion turns it by 15 rad."""
     records = rigid_records(1.0, {"tip": ((0.1, 0, 0), (0, 0, -1))}, (0.02, 0.05, 0.06))
     for limit, said in ((1000.0, True), (0.05, False)):
         run = {"duration": 3.0, "samples": 100, "frames": 4, "integrator": integrator, "limits": {"angle": limit}}
         if integrator == "auto" and not said:
-            run["duration"] = 0.009  # Beyond the limit, auto takes 'mechanism'.
+            run["duration"] = 0.009  # Beyond the limit, auto takes 'turning'.
         found = simulate(build(tmp_path / f"{limit:g}", records, SPINNING | {"run": run}))
         notes = str(found.counts.get("rotation_notes", ""))
         assert ("body.part turned by 15 rad, which run.limits.angle = 1000 allows: " in notes) is said
-        assert ('run.integrator = "mechanism" computes both' in notes) is said
+        assert ('run.integrator = "turning" computes both' in notes) is said
         assert found.result == ("ROTATION" if not said and integrator != "auto" else "FINISHED")
 
 
@@ -97,7 +97,7 @@ def test_a_body_that_cannot_be_a_mechanism_is_said_without_it(tmp_path: Path) ->
     """Its contact is rigid."""
     notes = str(spinning_rod(tmp_path, limits={"angle": 1.0}).counts["rotation_notes"])
     assert "body.part turned by 0.3 rad" in notes
-    assert "mechanism" not in notes
+    assert "turning" not in notes
 
 
 def struck(folder: Path, aside: float, layer: dict[str, Any] | None = None, **run: Any) -> Trajectory:
@@ -131,7 +131,7 @@ def test_a_ball_that_has_drifted_aside_ends_the_run_when_it_strikes(tmp_path: Pa
 LAYERED = {"surface_stiffness": 1e12}
 RIGID = {"method": "constraint"}
 STRUCK_BY: dict[str, dict[str, Any] | None] = {
-    "implicit": LAYERED,
+    "small": LAYERED,
     "event": RIGID,
 }
 
@@ -314,10 +314,10 @@ def swinging_cantilever(folder: Path, deflection: float, *, slides: bool, **run:
 
 
 @pytest.mark.parametrize("slides", [False, True])
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_a_deflection_beyond_the_limit_ends_the_run(tmp_path: Path, integrator: str, slides: bool) -> None:
     """Over the radius of gyration, L/√12, the mean deflection is √3 w/L: 0.05 at w/L = 0.0289."""
-    settings = {"integrator": integrator} | ({"step": 1e-4} if integrator == "implicit" else {})
+    settings = {"integrator": integrator} | ({"step": 1e-4} if integrator == "small" else {})
     assert swinging_cantilever(tmp_path / "small", 0.028, slides=slides, **settings).result == "FINISHED"
     found = swinging_cantilever(tmp_path / "large", 0.05, slides=slides, **settings)
     assert found.result == "ROTATION"
@@ -330,18 +330,18 @@ def test_a_deflection_beyond_the_limit_ends_the_run(tmp_path: Path, integrator: 
     assert allowed.result == "FINISHED"
 
 
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_a_deflection_between_two_frames_ends_the_run(tmp_path: Path, integrator: str) -> None:
     """Both frames end with a whole period, when the cantilever is straight."""
     settings = {"integrator": integrator, "duration": 4 * np.pi / 100, "frames": 2, "samples": 400}
-    settings |= {"step": 1e-4} if integrator == "implicit" else {}
+    settings |= {"step": 1e-4} if integrator == "small" else {}
     found = swinging_cantilever(tmp_path, 0.05, slides=False, **settings)
     assert found.result == "ROTATION"
     expected = np.arccos(1 - 0.05 / np.sqrt(3) / 0.025) / 100
     assert float(found.counts["reason"].split(" at ")[1].split(" s,")[0]) == pytest.approx(expected, abs=5e-4)
 
 
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_a_deformation_by_an_impact_within_a_frame_ends_the_run(tmp_path: Path, integrator: str) -> None:
     """At its largest compression the rod is strained by v/c: v/c L/√12 in the mean, over a radius of gyration L/√12."""
     strain, scene = 1.0 / SPEED, rod_scene(8 * LENGTH / SPEED)
@@ -358,7 +358,7 @@ def test_a_deformation_by_an_impact_within_a_frame_ends_the_run(tmp_path: Path, 
     ((4e-5, 4e-5, 4e-5), 0.0, "FINISHED"), ((4e-5, 5e-5, 4e-5), 0.0, "ROTATION"),
     ((4e-5, 4e-5, 4e-5), 1e-4, "ROTATION"),
 ])  # fmt: skip
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_a_ball_rolls_any_way_and_what_is_none_does_not(
     inertia: tuple[float, float, float], arm: float, result: str, integrator: str, tmp_path: Path
 ) -> None:

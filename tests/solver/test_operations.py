@@ -21,7 +21,7 @@ from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
 from gudgeon.solver.system.compile import compile_system
 from tests.solver import systems
-from tests.solver.integrators.mechanism.flexible_scenes import cloud_system
+from tests.solver.integrators.turning.flexible_scenes import cloud_system
 from tests.solver.scenes_counted import Case, families
 
 pytestmark = pytest.mark.checked
@@ -31,7 +31,7 @@ HOME = str(Path(solver.__file__).parent)
 PLAN = str(Path(HOME) / "system/terms")
 Counts = dict[str, dict[str, Any]]
 ACCESSES = {
-    "implicit": 133_514,
+    "small": 133_514,
     "implicit, sliding pair": 1_258_017,
     "implicit, joint and gas": 134_510,
     "law, elastic": 365_543,

@@ -54,10 +54,10 @@ def test_located_events_are_refused_what_they_cannot_carry(name: str) -> None:
     scene, reason = NEEDY[name]
     with pytest.raises(ValidationError) as error:
         Scene.model_validate(merged(scene, {"run": {"integrator": "event"}}))
-    assert f"run.integrator: 'event' does not support {reason}; use 'auto' or 'implicit'" in str(error.value)
-    for integrator in ("auto", "implicit"):
+    assert f"run.integrator: 'event' does not support {reason}; use 'auto' or 'small'" in str(error.value)
+    for integrator in ("auto", "small"):
         chosen = Scene.model_validate(merged(scene, {"run": {"integrator": integrator}}))
-        assert chosen.integrator == "implicit"
+        assert chosen.integrator == "small"
 
 
 def test_all_that_it_cannot_carry_is_named_with_those_that_can() -> None:
@@ -67,28 +67,33 @@ def test_all_that_it_cannot_carry_is_named_with_those_that_can() -> None:
     reasons = f"{three} and the sliding pair contact.right"
     with pytest.raises(ValidationError) as error:
         Scene.model_validate(merged(pulled, {"run": {"integrator": "event"}}))
-    assert f"run.integrator: 'event' does not support {reasons}; use 'auto' or 'implicit'" in str(error.value)
+    assert f"run.integrator: 'event' does not support {reasons}; use 'auto' or 'small'" in str(error.value)
     both = merged(
         pulled, {"contact": {"left": {"law": {"kind": "hertz", "stiffness": 1e9}, "surface_stiffness": None}}}
     )
-    assert Scene.model_validate(both).loop == "general"
+    assert Scene.model_validate(both).loop == "small"
 
 
 def test_plain_impact_has_steps_of_few_points_too() -> None:
     scene = Scene.model_validate(block_scene())
     assert scene.impulsive
-    assert scene.integrator == "implicit"
-    assert scene.carriers()[:2] == ["implicit", "event"]
+    assert scene.integrator == "small"
+    assert scene.carriers()[:2] == ["small", "event"]
     assert not Scene.model_validate(merged(block_scene(), {"run": {"gravity": [0, 0, -9.81]}})).impulsive
 
 
-def test_an_integrator_of_before_is_refused_by_the_name_of_the_present_one() -> None:
-    with pytest.raises(ValidationError, match="'explicit' given, an integrator of before; use 'implicit' or 'auto'"):
-        Scene.model_validate(merged(block_scene(), {"run": {"integrator": "explicit"}}))
+FORMER = ("explicit", "implicit", "collocation", "discrete-gradient", "general", "mechanism")
+
+
+@pytest.mark.parametrize("name", FORMER)
+def test_a_former_integrator_is_refused_by_the_name_of_the_present_one(name: str) -> None:
+    present = "turning" if name == "mechanism" else "small"
+    with pytest.raises(ValidationError, match=f"'{name}' given, a former integrator; use '{present}' or 'auto'"):
+        Scene.model_validate(merged(block_scene(), {"run": {"integrator": name}}))
 
 
 def test_integrator_of_a_run_is_told(tmp_path: Path) -> None:
-    for name in ("event", "implicit"):
+    for name in ("event", "small"):
         scene = merged(block_scene(4e-5), {"run": {"integrator": name}})
         run = simulate(build_all(tmp_path / name, {"part": block_records(3)}, scene))
         assert run.counts["integrator"] == name

@@ -86,9 +86,9 @@ def test_step_is_automatic_obeyed_or_divided() -> None:
 
 def test_the_implicit_integrator_divides_a_step_that_steps_over_impacts(tmp_path: Path) -> None:
     scene = rod_scene()
-    scene["run"] |= {"integrator": "implicit"}
+    scene["run"] |= {"integrator": "small"}
     system = build(tmp_path / "own", rod_records(8), scene)
-    largest = INTEGRATORS["implicit"].largest / system.critical_frequency()
+    largest = INTEGRATORS["small"].largest / system.critical_frequency()
     for parts in (1, 7):
         scene["run"]["step"] = 0.999 * parts * largest
         found = simulate(build(tmp_path / str(parts), rod_records(8), scene))
@@ -135,7 +135,7 @@ def test_reduction_without_residual_needs_springs(tmp_path: Path) -> None:
         build(tmp_path, (replace(modal, residual_flexibility=None, reduction="normal+static"), morph), rod_scene())
 
 
-@pytest.mark.parametrize(("contact", "count", "name"), [({}, 20, "implicit"), ({}, 4, "event"), (LINEAR, 20, "event")])
+@pytest.mark.parametrize(("contact", "count", "name"), [({}, 20, "small"), ({}, 4, "event"), (LINEAR, 20, "event")])
 def test_auto_takes_located_events_of_a_few_points_over_flexibility(
     tmp_path: Path, contact: dict[str, Any], count: int, name: str
 ) -> None:

@@ -36,7 +36,7 @@ def bounces(**more: Any) -> dict[str, Any]:
         "contact": {"floor": {"body": "part", "interface": "pole", "against": floor, "method": "impact",
                               "restitution": 0.5}},
         "force": {"hand": {"kind": "external", "body": "part", "direction": [0, 0, 1]}},
-        "run": {"duration": 1.0, "gravity": [0, 0, -9.81], "step": 1e-3, "integrator": "implicit", "checks": False},
+        "run": {"duration": 1.0, "gravity": [0, 0, -9.81], "step": 1e-3, "integrator": "small", "checks": False},
     } | more  # fmt: skip
 
 
@@ -49,10 +49,10 @@ def same(one: Any, other: Any) -> bool:
 
 def test_single_steps_are_those_of_a_run(tmp_path: Path) -> None:
     scene = rod_scene()
-    scene["run"] = scene["run"] | {"step": 1e-7, "integrator": "implicit", "checks": False}
+    scene["run"] = scene["run"] | {"step": 1e-7, "integrator": "small", "checks": False}
     scene["contact"]["wall"] |= {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e9}}
     system = build(tmp_path, rod_records(20), scene)
-    assert system.scene.loop == "general"
+    assert system.scene.loop == "small"
     found = simulate(system)
     steps = Steps(system, found.counts["step"])
     for _ in range(found.counts["steps"]):
@@ -140,13 +140,13 @@ def rubbing(folder: Path) -> System:
     scene = block_scene(friction={"static": 0.4, "kinetic": 0.3}, surface_stiffness=1e13)
     modal, morph = block_records(40)
     scene["body"]["part"]["velocity"] = [1.0, 0.3, 0.1]
-    scene["run"] |= {"step": 5e-7, "integrator": "implicit", "checks": False}
+    scene["run"] |= {"step": 5e-7, "integrator": "small", "checks": False}
     return build(folder, (with_tangential_rows(modal, "face"), morph), scene)
 
 
 def cranked(folder: Path) -> System:
     """An elastic piston on a crank, with friction on one of its walls and springs at its pin."""
-    scene = piston_scene(clearance=1e-5, step=2e-6, duration=2e-3, integrator="implicit", checks=False)
+    scene = piston_scene(clearance=1e-5, step=2e-6, duration=2e-3, integrator="small", checks=False)
     scene["force"] |= {
         "line": {"kind": "spring", "body": "part", "interface": "pin", "direction": [1, 0, 0], "damping": 30.0,
                  "values": [[-1e-3, -10.0], [0.0, 0.0], [1e-3, 900.0]]},
@@ -170,7 +170,7 @@ def driven(folder: Path) -> System:
                           "expression": "1e-3*sin(150*t)"},
                    "aside": {"kind": "translation", "body": "table", "direction": [1, 0, 0],
                              "values": [[0, 0], [0.1, 1e-4], [0.2, 0], [3.0, 0]]}},
-        "run": {"duration": 1.0, "gravity": [0, 0, -9.81], "step": 1e-4, "integrator": "implicit", "checks": False},
+        "run": {"duration": 1.0, "gravity": [0, 0, -9.81], "step": 1e-4, "integrator": "small", "checks": False},
     })  # fmt: skip
 
 

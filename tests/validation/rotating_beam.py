@@ -8,10 +8,10 @@ import numpy as np
 from gudgeon import modaldb
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.solver import core
-from gudgeon.solver.integrators.mechanism.arrays import PLACE, SPEED, SPIN, WIDTH
-from gudgeon.solver.integrators.mechanism.energy import inertia_factor
-from gudgeon.solver.integrators.mechanism.flexible.frame import point_of
-from gudgeon.solver.integrators.mechanism.integrator import Mechanism
+from gudgeon.solver.integrators.turning.arrays import PLACE, SPEED, SPIN, WIDTH
+from gudgeon.solver.integrators.turning.energy import inertia_factor
+from gudgeon.solver.integrators.turning.flexible.frame import point_of
+from gudgeon.solver.integrators.turning.integrator import Turning
 from gudgeon.solver.system.compile import compile_system
 from tests.scenes import scene_path
 
@@ -31,7 +31,7 @@ def frequencies(folder: Path, gamma: float, axis: str, *, geometric: bool = True
     run(scene, set=changes, db=folder / "db", out=folder / "out", until="morph")
     job = open_job(scene, set=changes, db=folder / "db", out=folder / "out")
     system = compile_system(modaldb.open(folder / "db"), job.scene, job.morphs())
-    found = Mechanism(system, 1e-3)
+    found = Turning(system, 1e-3)
     m = int(found.model.elastic[1, 0])
     frame, body = found.linkage.frames[1], system.bodies["beam"]
     tip = point_of(body, frame, "tip")[1][:3] - point_of(body, frame, "root")[1][:3]
@@ -47,7 +47,7 @@ def frequencies(folder: Path, gamma: float, axis: str, *, geometric: bool = True
     return np.sort(values.imag[bends])[:3] / SCALE
 
 
-def _slope(found: Mechanism, omega: np.ndarray, q: np.ndarray, h: float) -> np.ndarray:
+def _slope(found: Turning, omega: np.ndarray, q: np.ndarray, h: float) -> np.ndarray:
     """Return the derivatives of the modal accelerations by coordinates and rates, (m, 2 m)."""
     m, columns = len(q), []
     for number in range(2 * m):
@@ -58,7 +58,7 @@ def _slope(found: Mechanism, omega: np.ndarray, q: np.ndarray, h: float) -> np.n
     return np.column_stack(columns)
 
 
-def _accelerations(found: Mechanism, omega: np.ndarray, q: np.ndarray, rates: np.ndarray) -> np.ndarray:
+def _accelerations(found: Turning, omega: np.ndarray, q: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Return q̈ of the beam, whose root stands at the origin and turns steadily, (m,)."""
     model, work, m = found.model, found.work, len(q)
     state, beam = found.start.state.copy(), WIDTH

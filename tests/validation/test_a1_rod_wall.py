@@ -129,7 +129,7 @@ print(json.dumps([asked, [m for m in ("gmsh", "pyvista", "skfem", "meshio", "mat
 def test_a_step_that_is_too_large_is_divided_and_noted(folder: Path) -> None:
     found = run(SCENE, set={"run.step": 1e-4}, db=folder / "db", out=folder / "divided", until="solve")
     note = (
-        "run.step: 0.0001 s exceeds the limit of integrator 'implicit', 40/ω_c = 2.04e-05 s; each step was divided into"
+        "run.step: 0.0001 s exceeds the limit of integrator 'small', 40/ω_c = 2.04e-05 s; each step was divided into"
         " 5 substeps"
     )
     assert note in found.notes

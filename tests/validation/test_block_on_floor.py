@@ -64,8 +64,8 @@ def compared(found: Trajectory) -> np.ndarray:
 def test_it_strikes_as_in_small_motion(changes: dict[str, Any], tmp_path: Path) -> None:
     """Impulse, duration and force over a window to 2e-4, by other steps; turned as a whole, to 1e-9, force 1e-4."""
     changes = changes | {"run.window": 1e-5}
-    small = solved(job_of(tmp_path, changes | {"run.integrator": "implicit", "run.step": 2e-9}))
-    job = job_of(tmp_path, changes | {"run.integrator": "mechanism"})
+    small = solved(job_of(tmp_path, changes | {"run.integrator": "small", "run.step": 2e-9}))
+    job = job_of(tmp_path, changes | {"run.integrator": "turning"})
     found = solved(job)
     np.testing.assert_allclose(compared(found), compared(small), rtol=2e-4)
     assert found.energy_drift < 1e-6
@@ -81,7 +81,7 @@ def test_it_lands_spinning(friction: dict[str, Any], tmp_path: Path) -> None:
     """What the floor gives it is what it leaves with, and energy sums up with what friction took."""
     changes = {
         "body.block.angular_velocity": [300.0, 200.0, 500.0], "body.block.position": [0.0, 0.0, 0.02],
-        "body.block.velocity": [5.0, 0.0, -20.0], "run.duration": 1.5e-3, "run.integrator": "mechanism",
+        "body.block.velocity": [5.0, 0.0, -20.0], "run.duration": 1.5e-3, "run.integrator": "turning",
     }  # fmt: skip
     given = {"contact.floor.friction": friction} if friction else {}
     found = solved(job_of(tmp_path, changes | given))

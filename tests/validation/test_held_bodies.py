@@ -86,9 +86,9 @@ def test_it_runs_in_small_motion_as_the_mechanism_moves(folder: Path) -> None:
     """Second-order terms are those of a slope of 1e-4; forces have the ringing of the stiffest shapes; of strain the
     modes lack 2 %, which follow the loads here, and loads and reactions there."""
     small = solved(folder, "small", CLAMPED | {"run.step": 1e-6})
-    turning = solved(folder, "turning", CLAMPED | {"run.integrator": "mechanism", "run.accuracy": 1e-8})
-    assert small.counts["integrator"] == "implicit"
-    assert turning.counts["integrator"] == "mechanism"
+    turning = solved(folder, "turning", CLAMPED | {"run.integrator": "turning", "run.accuracy": 1e-8})
+    assert small.counts["integrator"] == "small"
+    assert turning.counts["integrator"] == "turning"
     for name, bound in (("tip", 1e-3), ("reaction", 1e-2)):
         one, other = (found.probes[name].values for found in (small, turning))
         assert small.probes[name].columns == turning.probes[name].columns
@@ -265,7 +265,7 @@ STRUCK: dict[str, Any] = {
 HIT = {"body": "block", "interface": "low", "against": {"shape": "body", "body": "bar", "interface": "face"}}
 STEP = 5e-7
 STRIKES: dict[str, dict[str, Any]] = {
-    "implicit": {"surface_stiffness": 1e13, "friction": {"static": 0.2}},
+    "small": {"surface_stiffness": 1e13, "friction": {"static": 0.2}},
     "event": {"method": "penalty", "law": {"kind": "linear", "stiffness": 1e8}},
 }
 
@@ -276,7 +276,7 @@ def test_a_block_strikes_it_as_on_supports(integrator: str, folder: Path) -> Non
     path = folder / f"{integrator}.toml"
     path.write_text(SCENE[: SCENE.index("[force.pull]")] + SCENE[SCENE.index("[run]") :])
     more = STRUCK | {"contact.hit": HIT | STRIKES[integrator], "run.integrator": integrator}
-    if integrator == "implicit":
+    if integrator == "small":
         more |= {"run.step": STEP}  # A search for one may end at another by round-off.
     found = []
     for name, changes in (("held", CLAMPED), ("supported", SUPPORTED)):
@@ -303,17 +303,17 @@ def test_plans_say_what_decided(folder: Path) -> None:
         return plan(open_job(folder / "plan.toml", set=changes, db=folder / "db", out=folder / "plan"))
 
     found = planned(CLAMPED)
-    assert found["integrator"] == "implicit"
+    assert found["integrator"] == "small"
     assert found["turning"].startswith("small motion: joint 'clamp' holds what deforms on the ground")
     assert [(row["kind"], row["number"], row["rows"]) for row in found["ports"] if row["member"] == "joint.clamp"] == [
         ("bilateral", 6, "constant")
     ]
     other = planned(CLAMPED | {"body.bar.geometric_stiffness": True})
-    assert other["integrator"] == "mechanism"
+    assert other["integrator"] == "turning"
     assert other["turning"] == "any angle: joint 'clamp' of two markers, by body.bar.geometric_stiffness"
     rotation = {"probe.turn": {"kind": "rotation", "body": "bar"}}
-    assert planned(CLAMPED | rotation)["integrator"] == "mechanism"
-    assert planned(CLAMPED | {"body.bar.velocity": [0.1, 0.0, 0.0]})["integrator"] == "mechanism"
+    assert planned(CLAMPED | rotation)["integrator"] == "turning"
+    assert planned(CLAMPED | {"body.bar.velocity": [0.1, 0.0, 0.0]})["integrator"] == "turning"
 
 
 def test_modes_without_static_shapes_are_refused(folder: Path) -> None:

@@ -72,16 +72,16 @@ def turn_of(job: Job) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def turning(tmp_path_factory: pytest.TempPathFactory) -> Trajectory:
-    return solved(job_of(tmp_path_factory.mktemp("turning"), {"run.integrator": "mechanism"}))
+    return solved(job_of(tmp_path_factory.mktemp("turning"), {"run.integrator": "turning"}))
 
 
 @pytest.mark.parametrize(
     "changes",
     [
-        {"run.integrator": "implicit"},
+        {"run.integrator": "small"},
         {"contact.floor.friction": {"static": 1e-7}},
     ],
-    ids=["implicit", "friction"],
+    ids=["small", "friction"],
 )  # fmt: skip
 def test_small_motion_is_that_of_bodies_that_turn(changes: dict[str, Any], turning: Trajectory, tmp_path: Path) -> None:
     """The impact turns the block by 2e-3 rad. Along its face's normal alone, the impulse would be 5 % less."""

@@ -33,7 +33,7 @@ against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
 method = "penalty"
 law = { kind = "hertz", stiffness = 1e9 }
 [run]
-integrator = "mechanism"
+integrator = "turning"
 duration = 0.02
 window = 2e-4
 """
@@ -53,7 +53,7 @@ interface = "tip"
 against = { shape = "plane", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
 surface_stiffness = 1e13
 [run]
-integrator = "mechanism"
+integrator = "turning"
 duration = 6e-4
 window = 5e-5
 """
@@ -91,6 +91,6 @@ def test_a_note_names_what_reduces_it(tmp_path: Path) -> None:
 
 def test_layers_are_judged_as_in_small_motion(tmp_path: Path) -> None:
     turning, _ = solved(BLOCK, 8, tmp_path / "a")
-    small, _ = solved(BLOCK, 8, tmp_path / "b", **{"run.integrator": "implicit"})
+    small, _ = solved(BLOCK, 8, tmp_path / "b", **{"run.integrator": "small"})
     for key in ("layer.impulse", "layer.force"):
         assert turning.estimates[key] == pytest.approx(small.estimates[key], rel=0.1, abs=2e-3)

@@ -75,7 +75,7 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Parameters:
-    """What `gudgeon identify` found."""
+    """Identified parameters of a robot arm, with residuals and condition number."""
 
     document: dict[str, Any]
     base: Base

@@ -46,9 +46,9 @@ class Inferred:
     path: Path
     samples: int
     seconds: float
-    """Of reading, multiplying and writing."""
+    """CPU time of reading, multiplying and writing [s]."""
     product: float
-    """Of the matrix product alone [s]."""
+    """CPU time of the matrix product alone [s]."""
 
 
 Source = tuple[Path | None, bool, Path | None]

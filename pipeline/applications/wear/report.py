@@ -31,7 +31,7 @@ DIGITS = 9
 
 @dataclass(frozen=True)
 class WearReport:
-    """What `gudgeon wear` found."""
+    """Worn depths, volumes and updates of a wear computation over many cycles."""
 
     document: dict[str, Any]
     out: Path
@@ -70,7 +70,7 @@ def run_wear(job: Any, request: Asked, period: float | None, tell: Progress) -> 
     """Wear the joints or the contacts of a scene over cycles, and write table, document and pictures.
 
     Args:
-        period: Of a cycle [s]; default: the time of the run in which wear counts.
+        period: Duration of a cycle [s]; default: the time of the run in which wear counts.
 
     Raises:
         InputError: nothing of the scene wears, or the folder cannot be written.

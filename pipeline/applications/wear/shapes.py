@@ -147,7 +147,7 @@ def wearing(job: Any, period: float | None) -> Wearing:
     """Return a scene's joints that wear.
 
     Args:
-        period: Of a cycle [s]; default: the time of the run in which wear counts.
+        period: Duration of a cycle [s]; default: the time of the run in which wear counts.
 
     Raises:
         InputError: no joint wears, or a cycle is longer than the run.

@@ -13,12 +13,11 @@ NEAR = 0.7
 """Least similarity of a name that is suggested, as of difflib."""
 
 GROUPS = {
-    "stages": ("run", "mesh", "modes", "morph", "solve", "plot", "status", "plan"),
-    "results and reports": ("report", "study", "robustness", "linear", "export"),
-    "applications": ("wear", "calibrate", "identify", "wrench", "signals", "infer", "feel"),
-    "parts and files": ("new", "faces", "example", "schema"),
-    "database and service": ("db", "serve"),
-    "machine": ("doctor", "completion"),
+    "daily": ("new", "run", "mesh", "modes", "morph", "solve", "plot", "study", "wear"),
+    "look": ("faces", "schema", "example", "status", "plan", "linear", "doctor", "completion"),
+    "judge": ("report", "robustness"),
+    "share": ("db", "serve", "export"),
+    "sensors": ("calibrate", "signals", "infer", "wrench", "identify", "feel"),
 }
 """Commands of each group of the program's help."""
 

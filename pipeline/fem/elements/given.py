@@ -10,7 +10,7 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.csgraph import connected_components
 
-from gudgeon.modaldb.records.mesh import MeshRecord, SystemMatrices, Triangle
+from gudgeon.modaldb.records.mesh import GENERALISED, MeshRecord, Triangle
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import solid_twists
 from gudgeon.pipeline.fem.model import FEModel, MassProperties
@@ -26,6 +26,7 @@ FULL = 0.5
 """Share of entries of a matrix from which it counts as full."""
 RESTING = 1e-9
 """Share of a motion at the degrees of freedom that are held, below which it leaves them at rest."""
+UNFIT = "the order of the rows, the nodes, their directions or geometry.unit do not fit the matrices"
 NAMES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 
 
@@ -38,16 +39,27 @@ def given_model(mesh: MeshRecord, key: str) -> FEModel:
     """
     system = mesh.system
     assert system is not None
-    count, each = len(mesh.nodes), 6 if (system.directions > 2).any() else 3
+    generalised = system.directions == GENERALISED
+    each = 6 if (system.directions[~generalised] > 2).any() else 3
+    nodal = each * len(mesh.nodes)
+    size = nodal + int(generalised.sum())
     dofs = each * system.nodes + system.directions
+    dofs[generalised] = np.arange(nodal, size)
     matrices = _matrix(system.stiffness, len(dofs)), _matrix(system.mass, len(dofs))
     _refuse_unsound(*matrices, mesh, key)
-    K, M = (_spread(A, dofs, each * count) for A in matrices)
-    constrained = np.ones(each * count, bool)
+    K, M = (_spread(A, dofs, size) for A in matrices)
+    constrained = np.ones(size, bool)
     constrained[dofs] = False
-    motions = _unit_motions(mesh.nodes, each)
+    motions = _unit_motions(mesh.nodes, each, size)
     properties = _properties(motions.T @ (M @ motions), bool(constrained.any()))
-    twists = _resting_twists(mesh, M, constrained, properties.centre) if constrained.any() else solid_twists(properties)
+    if constrained.any():
+        twists = _resting_twists(mesh, M, constrained, each, properties.centre)
+    elif (least := float(np.linalg.eigvalsh(properties.inertia)[0])) > 0:
+        twists = solid_twists(properties)
+    else:
+        raise InputError(
+            f"{key}.geometry: the mass has the moment of inertia {least:.2g} kg m^2 about an axis; {UNFIT}"
+        )
     # Dofs that are held have a stiffness, as those that a support holds, so that no row is empty.
     K = sparse.csr_matrix(K + sparse.diags(np.where(constrained, K.diagonal().mean(), 0.0)))
     axes = np.vstack([np.eye(3), np.zeros((3, 3))]) if each == 6 else np.eye(3)
@@ -55,7 +67,7 @@ def given_model(mesh: MeshRecord, key: str) -> FEModel:
         K=K, M=M, mesh=mesh, directions=axes, rotations=np.roll(axes, 3, axis=0) if each == 6 else np.zeros((3, 3)),
         properties=properties, rigid_twists=twists, held=constrained,
     )  # fmt: skip
-    _refuse_strained(model, system, key)
+    _refuse_strained(model, dofs, key)
     return _without_strain(model)
 
 
@@ -100,25 +112,29 @@ def _refuse_unsound(K: sparse.csr_matrix, M: sparse.csr_matrix, mesh: MeshRecord
             f"{key}.geometry.mass: {negative} eigenvalues of the mass are negative; allowed: a mass whose kinetic"
             " energy is positive or, by its quadrature, zero"
         )
-    pieces, piece_of = connected_components(abs(K) + abs(M), directed=False)
+    # A mode that moves no boundary node is a piece by itself.
+    nodal = np.flatnonzero(system.directions != GENERALISED)
+    piece_of = connected_components(abs(K) + abs(M), directed=False)[1][nodal]
+    pieces, piece_of = len(np.unique(piece_of)), np.unique(piece_of, return_inverse=True)[1]
     if pieces > 1:
         sizes = np.bincount(piece_of)
-        row = int(np.argmax(piece_of == sizes.argmin()))
+        row = int(nodal[np.argmax(piece_of == sizes.argmin())])
         raise InputError(
             f"{key}.geometry.stiffness: falls into {pieces} parts that are not connected; the smallest has"
             f" {sizes.min()} of {len(piece_of)} degrees of freedom, {_dof(mesh, row)} among them; allowed: one body"
         )
 
 
-def _unit_motions(nodes: np.ndarray, each: int) -> np.ndarray:
-    """Return unit translations and rotations about the origin at every degree of freedom, (dofs, 6)."""
-    motions = np.zeros((len(nodes), each, 6))
+def _unit_motions(nodes: np.ndarray, each: int, size: int) -> np.ndarray:
+    """Return unit translations and rotations about the origin at every degree of freedom, (size, 6)."""
+    every = np.zeros((size, 6))
+    motions = every[: each * len(nodes)].reshape(len(nodes), each, 6)
     for axis, unit in enumerate(np.eye(3)):
         motions[:, axis, axis] = 1.0
         motions[:, :3, 3 + axis] = np.cross(unit, nodes)
         if each == 6:
             motions[:, 3 + axis, 3 + axis] = 1.0
-    return motions.reshape(-1, 6)
+    return every
 
 
 def _properties(inertia: np.ndarray, constrained: bool) -> MassProperties:
@@ -133,11 +149,13 @@ def _properties(inertia: np.ndarray, constrained: bool) -> MassProperties:
     return MassProperties(mass, centre, 0.5 * (about + about.T))
 
 
-def _resting_twists(mesh: MeshRecord, M: sparse.csr_matrix, constrained: np.ndarray, centre: np.ndarray) -> np.ndarray:
+def _resting_twists(
+    mesh: MeshRecord, M: sparse.csr_matrix, constrained: np.ndarray, each: int, centre: np.ndarray
+) -> np.ndarray:
     """Return the mass-normalised rigid motions in which the held degrees of freedom rest, (r, 6)."""
     size = float(np.linalg.norm(np.ptp(mesh.nodes, axis=0))) or 1.0
     scale = np.repeat([1.0, 1 / size], 3)
-    motions = _unit_motions(mesh.nodes - centre, len(constrained) // len(mesh.nodes)) * scale
+    motions = _unit_motions(mesh.nodes - centre, each, len(constrained)) * scale
     _, strength, axes = np.linalg.svd(motions[constrained], full_matrices=True)
     strength = np.concatenate([strength, np.zeros(6 - len(strength))])
     basis = axes[strength <= RESTING * strength[0]].T
@@ -149,20 +167,19 @@ def _resting_twists(mesh: MeshRecord, M: sparse.csr_matrix, constrained: np.ndar
     return linalg.solve_triangular(np.linalg.cholesky(gram), (basis * scale[:, None]).T, lower=True)
 
 
-def _refuse_strained(model: FEModel, system: SystemMatrices, key: str) -> None:
-    """Refuse rigid motions that need force."""
+def _refuse_strained(model: FEModel, dofs: np.ndarray, key: str) -> None:
+    """Refuse rigid motions that need force; `dofs` are those of the rows that were read."""
     Phi = np.where(model.held[:, None], 0.0, model.rigid_modes)
-    each, root = len(model.directions), np.sqrt(model.K.diagonal())[:, None]
+    root = np.sqrt(model.K.diagonal())[:, None]
     pattern = model.K.astype(bool).astype(float)
     size = root * (pattern @ (root * np.abs(Phi)))
     strained = np.divide(np.abs(model.K @ Phi), size, out=np.zeros(size.shape), where=size > 0)
     if strained.size and (worst := float(strained.max())) > IN_KERNEL:
         dof = int(np.argmax(strained.max(axis=1)))
-        row = int(np.argmax(each * system.nodes + system.directions == dof))
+        row = int(np.argmax(dofs == dof))
         raise InputError(
             f"{key}.geometry: {_dof(model.mesh, row)} takes {worst:.2g} of its stiffness in a rigid motion, allowed:"
-            f" {IN_KERNEL:g}; the order of the rows, the nodes or geometry.unit do not fit the matrices, or the body is"
-            " held by springs or by penalties"
+            f" {IN_KERNEL:g}; {UNFIT}, or the body is held by springs or by penalties"
         )
 
 
@@ -192,4 +209,6 @@ def _dof(mesh: MeshRecord, row: int) -> str:
     """Return the name of a degree of freedom by the number of its node in the files."""
     system = mesh.system
     assert system is not None
+    if system.directions[row] == GENERALISED:
+        return f"generalised coordinate {row - int(np.argmax(system.directions == GENERALISED)) + 1}"
     return f"node {system.labels[system.nodes[row]]} in {NAMES[system.directions[row]]}"

@@ -77,3 +77,12 @@ def in_system(origin: np.ndarray, on_x: np.ndarray, in_plane: np.ndarray, source
     """
     x = on_x - origin
     return from_z_x(origin, np.cross(x, in_plane - origin), x, source).turn
+
+
+def by_angles(angles: np.ndarray) -> np.ndarray:
+    """Return the axes that rotations about z, then the new x, then the new y make [deg], (3,), as columns (3, 3)."""
+    (cz, cx, cy), (sz, sx, sy) = np.cos(np.radians(angles)), np.sin(np.radians(angles))
+    about_z = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+    about_y = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+    return np.asarray(about_z @ about_x @ about_y)

@@ -9,6 +9,7 @@ members.
 import contextlib
 import io
 import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from gudgeon.pipeline.geometry.decks.model import Block, Deck, Scope, deck_of
 TAGS = ("gmsh:physical", "medit:ref", "nastran:ref")
 """Arrays whose numbers are those of named groups."""
 DAMAGED = "not every node of its cells has three finite coordinates"
+LARGEST_TAG = 50_000_000
+"""Largest tag of a node that meshio reads; gmsh reads files with larger ones."""
 MOST_GROUPS = 10_000
 """Members of an array of tags."""
 
@@ -36,8 +39,33 @@ def read_by_meshio(path: str, scope: Scope) -> Deck:
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        mesh = meshio.read(path)
+        with _tags_below(LARGEST_TAG):
+            mesh = meshio.read(path)
     return deck_of_mesh(path, mesh)
+
+
+@contextlib.contextmanager
+def _tags_below(largest: int) -> Iterator[None]:
+    """Refuse tags of nodes above `largest` in files of gmsh during the block: meshio makes an array of all below."""
+    from meshio.gmsh import _gmsh40, _gmsh41
+
+    readers = {module: module._read_elements for module in (_gmsh40, _gmsh41)}
+
+    def guarded(read: Callable[..., Any]) -> Callable[..., Any]:
+        def elements(file: Any, tags: np.ndarray, *others: Any) -> Any:
+            if len(tags) and tags.max() > largest:
+                raise ValueError(f"node {tags.max()}; allowed: up to {largest}")
+            return read(file, tags, *others)
+
+        return elements
+
+    for module, read in readers.items():
+        module._read_elements = guarded(read)
+    try:
+        yield
+    finally:
+        for module, read in readers.items():
+            module._read_elements = read
 
 
 def deck_of_mesh(path: str, mesh: Any) -> Deck:

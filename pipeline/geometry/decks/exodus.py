@@ -4,7 +4,7 @@ Own reading: classic netCDF files by scipy, those in HDF5 by h5py; meshio 5 need
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -39,15 +39,7 @@ def read_exodus(path: str, scope: Scope) -> Deck:
         InputError: it is missing, damaged, or no Exodus II.
     """
     try:
-        with open(path, "rb") as file:
-            magic = file.read(4)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; allowed: a file of Exodus II") from None
-    if magic[:3] != CLASSIC and magic != HDF5:
-        raise InputError(f"{path}: is neither classic netCDF nor HDF5; allowed: a file of Exodus II")
-    try:
-        arrays, types = (_classic if magic[:3] == CLASSIC else _hdf5)(path)
-        return _deck(path, arrays, types)
+        return _deck(path, *read_variables(path, _wanted))
     except InputError:
         raise
     except Exception as error:  # Readers of binary files raise anything.
@@ -55,22 +47,37 @@ def read_exodus(path: str, scope: Scope) -> Deck:
         raise InputError(f"{path}: cannot be read as Exodus II ({reason})") from None
 
 
-def _classic(path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
-    """Return variables, and the type of each block of elements."""
+def read_variables(path: str, wanted: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Return the variables of a file whose names are wanted, and the type of each block of elements.
+
+    Raises:
+        InputError: it is missing or neither classic netCDF nor HDF5. A damaged one raises anything.
+    """
+    try:
+        with open(path, "rb") as file:
+            magic = file.read(4)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; allowed: a file of Exodus II") from None
+    if magic[:3] != CLASSIC and magic != HDF5:
+        raise InputError(f"{path}: is neither classic netCDF nor HDF5; allowed: a file of Exodus II")
+    return (_classic if magic[:3] == CLASSIC else _hdf5)(path, wanted)
+
+
+def _classic(path: str, wanted: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     from scipy.io import netcdf_file
 
     with netcdf_file(path, "r", mmap=False) as file:
-        arrays = {name: np.array(variable.data) for name, variable in file.variables.items() if _wanted(name)}
+        arrays = {name: np.array(variable.data) for name, variable in file.variables.items() if wanted(name)}
         types = {name: _text(getattr(v, "elem_type", b"")) for name, v in file.variables.items()}
     return arrays, types
 
 
-def _hdf5(path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def _hdf5(path: str, wanted: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     import h5py
 
     with h5py.File(path, "r") as file:
         arrays = {
-            name: np.asarray(file[name]) for name in file if _wanted(name) and isinstance(file[name], h5py.Dataset)
+            name: np.asarray(file[name]) for name in file if wanted(name) and isinstance(file[name], h5py.Dataset)
         }
         types = {name: _text(file[name].attrs.get("elem_type", b"")) for name in file}
     return arrays, types

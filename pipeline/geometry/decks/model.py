@@ -17,6 +17,8 @@ LARGEST = 1 << 62
 """Largest number of a node, an element or a member."""
 FARTHEST = 1e100
 """Largest number of a coordinate, whatever its unit: products of three are finite."""
+SCALAR = -1
+"""Direction of a scalar point, which is a degree of freedom of no node."""
 MISSING = 0
 """Number of a mid-edge node that a file leaves out: it is on the middle of its edge."""
 
@@ -216,6 +218,13 @@ class Deck:
     """Directions 1, 2, 3 of nodes that have others than the basic ones, as columns (3, 3), by label."""
     dependent: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     """Labels of nodes that equations or couplings express by others: a program may have eliminated them."""
+    scalar_points: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    """Labels of degrees of freedom that belong to no node, such as amplitudes of a superelement's modes, ascending."""
+    generalised: np.ndarray = field(default_factory=lambda: np.empty((0, 2), int))
+    """Labels of nodes and directions from 0 that stand for amplitudes of modes, (g, 2)."""
+    retained: np.ndarray | None = None
+    """Degrees of freedom of a superelement in the order of its matrices: label and direction from 0, `SCALAR` of scalar
+    points, (N, 2); None where the deck states none."""
     omissions: tuple[Omission, ...] = ()
     materials: tuple[tuple[Source, Mapping[str, float]], ...] = ()
     """Isotropic constants of each material: E, nu and rho where they are stated, in the file's units."""
@@ -270,6 +279,10 @@ def deck_of(
     """
     order = np.argsort(labels, kind="stable")
     labels, points = labels[order], points[order]
+    again = (np.diff(labels) == 0) & (np.diff(points, axis=0) == 0).all(axis=1)
+    if again.any():  # A node may be stated twice at one place.
+        once = np.concatenate([[True], ~again])
+        labels, points = labels[once], points[once]
     _check_nodes(labels, points, path)
     deck = Deck(
         labels=labels, points=points, blocks=_joined(blocks), omissions=tuple(omissions),

@@ -6,11 +6,13 @@ from pathlib import Path
 from gudgeon.pipeline.errors import InputError, StageError
 from gudgeon.pipeline.geometry.decks.abaqus.deck import read_abaqus
 from gudgeon.pipeline.geometry.decks.ansys.archive import read_ansys
+from gudgeon.pipeline.geometry.decks.ansys.substructure import read_substructure_deck
 from gudgeon.pipeline.geometry.decks.by_gmsh import read_by_gmsh
 from gudgeon.pipeline.geometry.decks.by_meshio import read_by_meshio
 from gudgeon.pipeline.geometry.decks.exodus import read_exodus
 from gudgeon.pipeline.geometry.decks.model import Deck, Scope
 from gudgeon.pipeline.geometry.decks.nastran.deck import read_nastran
+from gudgeon.pipeline.geometry.decks.separate import of_elements
 from gudgeon.pipeline.geometry.decks.unv import read_unv
 
 READABLE = (
@@ -18,7 +20,8 @@ READABLE = (
 )
 Reader = Callable[[str, Scope], Deck]
 DECKS: Mapping[str, Reader] = {
-    ".inp": read_abaqus, **dict.fromkeys((".bdf", ".nas", ".dat", ".pch", ".dmig"), read_nastran), ".cdb": read_ansys,
+    ".inp": read_abaqus, **dict.fromkeys((".bdf", ".nas", ".dat", ".pch", ".asm", ".dmig"), read_nastran),
+    ".cdb": read_ansys, ".sub": read_substructure_deck, ".nc4": read_exodus,
 }  # fmt: skip
 """Readers of decks, which name more than a mesh."""
 FAMILIES: Mapping[str, Reader] = {
@@ -50,8 +53,11 @@ def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file; {READABLE}")
     ending = Path(path).suffix.lower()
-    if scope != WHOLE and ending not in BODIES:
-        raise InputError(f"{path}: geometry.part or geometry.instance given; allowed: with {', '.join(BODIES)}")
+    if ending not in BODIES:
+        if scope.instance is not None:
+            raise InputError(f"{path}: geometry.instance given; allowed: with {', '.join(BODIES)}")
+        if scope.part_name is not None:
+            return of_elements(read_deck(path), scope.part_name, path)
     reader = _reader(path, ending)
     try:
         return reader(path, scope)

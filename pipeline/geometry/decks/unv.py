@@ -140,7 +140,7 @@ def _length_unit(data: _Dataset) -> tuple[Source, float]:
 def _datasets(path: str) -> Iterator[tuple[int, _Dataset]]:
     """Yield number and lines of each dataset."""
     try:
-        lines = Path(path).read_text(errors="replace").splitlines()
+        lines = Path(path).read_text("utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; allowed: a universal file") from None
     k = 0

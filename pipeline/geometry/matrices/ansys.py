@@ -1,4 +1,4 @@
-"""Matrices of Ansys in a .full, read by ansys-mapdl-reader."""
+"""Matrices of Ansys: in a .full, read by ansys-mapdl-reader, and those of a substructure (.sub)."""
 
 import importlib
 from types import ModuleType
@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from gudgeon.pipeline.errors import InputError
+from gudgeon.pipeline.geometry.decks.ansys.substructure import read_substructure
 from gudgeon.pipeline.geometry.matrices.model import Given, checked_symmetric
 
 
@@ -30,6 +31,17 @@ def read_full(path: str) -> Given:
     free = np.array([k for k, pair in enumerate(np.asarray(dofs, int).tolist()) if tuple(pair) not in constrained], int)
     A, B = (_whole(matrix, path)[free][:, free] for matrix in (K, M))
     return Given(sparse.csr_matrix(A), sparse.csr_matrix(B), np.asarray(dofs, int)[free])
+
+
+def read_sub(path: str) -> Given:
+    """Read stiffness and mass of a substructure.
+
+    Raises:
+        InputError: the file is missing, damaged, or what it has is not read.
+    """
+    sub = read_substructure(path)
+    K, M = (checked_symmetric(sparse.csr_matrix(A), path) for A in (sub.stiffness, sub.mass))
+    return Given(K, M, sub.rows)
 
 
 def _reader(path: str) -> ModuleType:

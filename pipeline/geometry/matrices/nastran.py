@@ -55,9 +55,6 @@ def read_dmig(stiffness: str, mass: str, names: tuple[str | None, str | None]) -
     if extra := sorted({label for pair in M for label in pair} - row_of.keys()):
         node, direction = extra[0]
         raise InputError(f"{mass}: names node {node} direction {direction}, which {stiffness} does not have")
-    # A scalar point has direction 0: one degree of freedom that is none of a node.
-    if scalar := next((node for node, direction in labels if direction == 0), None):
-        raise InputError(f"{stiffness}: row {scalar} is a scalar point; allowed: grid points")
 
     def matrix(table: Entries, path: str) -> sparse.csr_matrix:
         rows, columns = (np.array([row_of[pair[k]] for pair in table], int) for k in range(2))

@@ -12,12 +12,12 @@ FILES = ("stiffness", "mass", "dofs", "model")
 
 
 class Matrices(Strict):
-    """Stiffness and mass of a body in files of CalculiX, Abaqus, Nastran or Ansys."""
+    """Stiffness and mass of a body in files of CalculiX, Abaqus, Nastran, Ansys or Sierra/SD; superelements too."""
 
     kind: Literal["matrices"]
     stiffness: str = Field(
         description="File of the stiffness: .sti of CalculiX, .mtx of Abaqus (*MATRIX GENERATE), .op4 or DMIG (.pch,"
-        " .bdf) of Nastran, .full of Ansys with both matrices"
+        " .bdf) of Nastran, .full and .sub of Ansys and reduced .nc4 or .exo of Sierra/SD with both matrices"
     )
     mass: str | None = Field(default=None, description="File of the mass; default: that of the stiffness")
     dofs: str | None = Field(
@@ -25,7 +25,11 @@ class Matrices(Strict):
         description="File with node and direction of each row, such as .dof of CalculiX; default: all nodes in"
         " ascending order, each with as many directions as fit",
     )
-    model: str = Field(description="File of nodes, elements and named sets: .inp, .bdf or .cdb")
+    model: str | None = Field(
+        default=None,
+        description="File of nodes, elements and named sets: .inp, .bdf, .asm, .cdb, …; default: that of the stiffness,"
+        " of formats that have nodes",
+    )
     part: str | None = Field(default=None, description="Part of a deck of several, as it was modelled")
     instance: str | None = Field(default=None, description="Instance of a deck's assembly, as it is placed there")
     stiffness_name: str | None = Field(default=None, description="Name of the stiffness in a file with several")
@@ -48,5 +52,6 @@ class Matrices(Strict):
         from gudgeon.pipeline.geometry.matrices.model import MatrixFiles
         from gudgeon.pipeline.geometry.matrices.reading import read_matrices
 
-        refuse_both(self.part, self.instance, self.model)
-        return read_matrices(MatrixFiles(**self.model_dump(mode="json", exclude={"kind"})))
+        model = self.model or self.stiffness
+        refuse_both(self.part, self.instance, model)
+        return read_matrices(MatrixFiles(**self.model_dump(mode="json", exclude={"kind"}) | {"model": model}))

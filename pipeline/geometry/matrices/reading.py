@@ -7,23 +7,30 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import ConvexHull, QhullError
 
-from gudgeon.modaldb.records.mesh import MeshRecord, Surface, SystemMatrices, Triangle
+from gudgeon.modaldb.records.mesh import GENERALISED, MeshRecord, Surface, SystemMatrices, Triangle
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, NODES, TETRA10, WEDGE6, Cell
 from gudgeon.pipeline.geometry.decks.model import MISSING, Block, Deck, Scope
-from gudgeon.pipeline.geometry.decks.reading import DECKS, WHOLE, read_deck
+from gudgeon.pipeline.geometry.decks.reading import FAMILIES, WHOLE, read_deck
 from gudgeon.pipeline.geometry.decks.solids import righted, righted_note
-from gudgeon.pipeline.geometry.matrices.ansys import read_full
+from gudgeon.pipeline.geometry.matrices.ansys import read_full, read_sub
+from gudgeon.pipeline.geometry.matrices.exodus import read_reduced
 from gudgeon.pipeline.geometry.matrices.model import Given, MatrixFiles
 from gudgeon.pipeline.geometry.matrices.nastran import read_dmig, read_op4
+from gudgeon.pipeline.geometry.matrices.rows import centre_of_mass, matrix_rows, to_basic_axes
 from gudgeon.pipeline.geometry.matrices.skin import boundary, nodal_areas
 from gudgeon.pipeline.geometry.matrices.text_matrix import read_text_matrices
 from gudgeon.pipeline.geometry.shape_fit import fit_shape
 from gudgeon.pipeline.geometry.surfaces import SurfaceRule, cylindrical, distance, true_surface
 
+EXODUS = (".nc4", ".e", ".exo", ".ex2", ".exii", ".g", ".gen")
+BOTH = (".full", ".sub", *EXODUS)
+"""Endings of files that hold stiffness and mass."""
 TEXT, BULK = (".sti", ".mtx"), (".bdf", ".nas", ".dat", ".pch", ".dmig")
 ZERO_AREA = 1e-9
 """Area of a node over the largest one of its surface, of nodes that stand for none: corners of six-node facets."""
+BOUNDARY, MOST_NAMED = "boundary", 200
+"""Name of the set of all nodes of a superelement, and nodes up to which each has a name."""
 DIRECTIONS = 3
 """Translations of a node."""
 OFF_SHAPE = 1e-5
@@ -36,9 +43,11 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     Raises:
         InputError: a file is missing or damaged, or they do not fit each other.
     """
-    source, model = _given(files), read_model(files.model, Scope(files.part, files.instance))
-    dofs = _dofs(files, source, model)
-    system, node_rows, blocks = _system(files, source, dofs, model)
+    matrices, model = _given(files), read_model(files.model, Scope(files.part, files.instance))
+    dofs = matrix_rows(files, matrices, model)
+    if Path(files.stiffness).suffix.lower() not in TEXT:
+        matrices = to_basic_axes(files, matrices, dofs, model)
+    system, node_rows, blocks = _system(files, matrices, dofs, model)
     points = files.unit * model.points[node_rows]
     new_row = np.full(len(model.labels), -1)
     new_row[node_rows] = np.arange(len(node_rows))
@@ -47,7 +56,8 @@ def read_matrices(files: MatrixFiles) -> MeshRecord:
     inside_out, cell = sum(count for _, count in turned), _common_cell(blocks)
     remarks = {"notes": [righted_note(inside_out, sum(len(b.nodes) for b in blocks))]} if inside_out else {}
     cells = np.concatenate([b.nodes for b in blocks]) if cell.dimension else np.arange(len(points))[:, None]
-    surfaces = _surfaces(files, model, points, new_row, blocks, cell)
+    centre = points.mean(axis=0) if blocks else centre_of_mass(system, points)
+    surfaces = _surfaces(files, model, (points, centre), new_row, blocks, cell)
     return MeshRecord(points, cells, cell.name, surfaces, system=system, remarks=remarks)
 
 
@@ -60,8 +70,8 @@ def read_model(path: str, scope: Scope = WHOLE) -> Deck:
     Raises:
         InputError: it is missing, damaged or of another kind.
     """
-    if (ending := Path(path).suffix.lower()) not in DECKS:
-        raise InputError(f"{path}: '{ending}' given; allowed: {', '.join(DECKS)}")
+    if (ending := Path(path).suffix.lower()) not in FAMILIES:
+        raise InputError(f"{path}: '{ending}' given as geometry.model; allowed: {', '.join(FAMILIES)}")
     deck = read_deck(path, scope)
     solids = [block for block in deck.blocks if block.cell.dimension == 3]
     return replace(deck, blocks=tuple(_linear(b) if (b.nodes == MISSING).any() else b for b in solids))
@@ -86,7 +96,8 @@ def surfaces_of(path: str, model: Deck, unit: float) -> dict[str, Surface]:
     )  # fmt: skip
     blocks = [block._replace(nodes=model.rows(block.nodes, path)) for block in model.blocks]
     rows = np.arange(len(model.labels))
-    return _surfaces(files, model, unit * model.points, rows, blocks, _common_cell(blocks))
+    points = unit * model.points
+    return _surfaces(files, model, (points, points.mean(axis=0)), rows, blocks, _common_cell(blocks))
 
 
 def _common_cell(blocks: list[Block]) -> Cell:
@@ -104,35 +115,17 @@ def _given(files: MatrixFiles) -> Given:
         return read_text_matrices(files.stiffness, mass, files.dofs)
     if ending == ".op4":
         return read_op4(files.stiffness, mass, names, files.dofs)
-    if ending not in (*BULK, ".full"):
-        raise InputError(f"{files.stiffness}: '{ending}' given; allowed: {', '.join((*TEXT, '.op4', *BULK, '.full'))}")
+    if ending not in (*BULK, *BOTH):
+        raise InputError(f"{files.stiffness}: '{ending}' given; allowed: {', '.join((*TEXT, '.op4', *BULK, *BOTH))}")
     if files.dofs is not None:
         raise InputError(f"{files.dofs}: given, but {files.stiffness} names nodes and directions itself")
-    if ending == ".full" and files.mass is not None:
-        raise InputError(f"{files.mass}: given, but a .full holds both matrices; remove geometry.mass")
-    return read_full(files.stiffness) if ending == ".full" else read_dmig(files.stiffness, mass, names)
-
-
-def _dofs(files: MatrixFiles, matrices: Given, model: Deck) -> np.ndarray:
-    """Return row of the model's node and direction of each degree of freedom, (N, 2)."""
-    size, count, source = matrices.K.shape[0], len(model.labels), files.dofs or files.stiffness
-    if matrices.dofs is None:
-        if size not in (3 * count, 6 * count):
-            raise InputError(
-                f"{files.stiffness}: has {size} rows, the {count} nodes of {files.model} have {3 * count} with three"
-                f" directions or {6 * count} with six; state node and direction of each row by geometry.dofs"
-            )
-        each = size // count
-        return np.column_stack([np.repeat(np.arange(count), each), np.tile(np.arange(each), count)])
-    dofs = matrices.dofs
-    if (wrong := dofs[(dofs[:, 1] < 0) | (dofs[:, 1] > 5)]).size:
-        raise InputError(f"{source}: node {wrong[0, 0]} has direction {wrong[0, 1] + 1}; allowed: 1 to 6")
-    rows = model.rows(dofs[:, 0], source)
-    _, indices, times = np.unique(dofs, axis=0, return_index=True, return_counts=True)
-    if (times > 1).any():
-        node, direction = dofs[indices[times > 1][0]]
-        raise InputError(f"{source}: node {node} direction {direction + 1} is given twice")
-    return np.column_stack([rows, dofs[:, 1]])
+    if ending in BULK:
+        return read_dmig(files.stiffness, mass, names)
+    if files.mass is not None:
+        raise InputError(f"{files.mass}: given, but {files.stiffness} holds both matrices; remove geometry.mass")
+    if ending in EXODUS:
+        return read_reduced(files.stiffness, names)
+    return read_sub(files.stiffness) if ending == ".sub" else read_full(files.stiffness)
 
 
 def _system(
@@ -141,21 +134,25 @@ def _system(
     """Return matrices in SI units on the nodes that are kept, these nodes, and elements by rows of the model.
 
     Rows without any entry, such as rotations of solids, are left out. Nodes without any row stay where an element
-    has them: they are held.
+    has them: they are held. Of a superelement no element stays: what is between its nodes is condensed.
     """
     alive = np.flatnonzero(np.abs(matrices.K).sum(axis=1) + np.abs(matrices.M).sum(axis=1))
     if not len(alive):
         raise InputError(f"{files.stiffness}: all entries are zero")
     dofs = dofs[alive]
-    blocks = [block._replace(nodes=model.rows(block.nodes, files.model)) for block in model.blocks]
-    rows = np.unique(np.concatenate([dofs[:, 0], *(block.nodes.ravel() for block in blocks)]))
+    generalised = dofs[:, 1] == GENERALISED
+    elements = () if generalised.any() or model.retained is not None else model.blocks
+    blocks = [block._replace(nodes=model.rows(block.nodes, files.model)) for block in elements]
+    rows = np.unique(np.concatenate([dofs[~generalised, 0], *(block.nodes.ravel() for block in blocks)]))
+    if not len(rows):
+        raise InputError(f"{files.stiffness}: has no row of a node; allowed: superelements with boundary nodes")
     _refuse_eliminated(files, model, dofs, blocks)
-    order = np.lexsort((dofs[:, 1], dofs[:, 0]))
+    order = np.lexsort((dofs[:, 1], dofs[:, 0], generalised))
     dofs, alive = dofs[order], alive[order]
-    # An entry between rotations has the unit of that between translations times one length for each rotation.
+    # An entry between rotations or generalised coordinates, which have no unit here, has one length more for each.
     scale = sparse.diags(np.where(dofs[:, 1] > 2, files.unit, 1.0) * np.sqrt(files.mass_unit))
     K, M = (sparse.csr_matrix(scale @ A[alive][:, alive] @ scale) for A in (matrices.K, matrices.M))
-    nodes = np.searchsorted(rows, dofs[:, 0])
+    nodes = np.where(dofs[:, 1] == GENERALISED, 0, np.searchsorted(rows, dofs[:, 0]))
     return SystemMatrices(nodes, dofs[:, 1], model.labels[rows], upper_triangle(K), upper_triangle(M)), rows, blocks
 
 
@@ -173,12 +170,23 @@ def _refuse_eliminated(files: MatrixFiles, model: Deck, dofs: np.ndarray, blocks
 
 
 def _surfaces(
-    files: MatrixFiles, model: Deck, points: np.ndarray, new_row: np.ndarray, blocks: list[Block], cell: Cell
+    files: MatrixFiles,
+    model: Deck,
+    body: tuple[np.ndarray, np.ndarray],
+    new_row: np.ndarray,
+    blocks: list[Block],
+    cell: Cell,
 ) -> dict[str, Surface]:
-    """Return the named sets as curved facets of tet10, or as nodes with areas and normals."""
+    """Return the named sets as curved facets of tet10, or as nodes with areas and normals.
+
+    Args:
+        body: Its nodes [m], (n, 3), and a point that its outward normals point away from [m], (3,).
+    """
+    points = body[0]
     facets, surfaces = boundary(blocks), {}
     shapes = files.surfaces
-    sets = {name: new_row[model.rows(labels, files.model)] for name, labels in model.node_sets.items()}
+    sets = {} if blocks else _nodes_by_name(model.labels[new_row >= 0], new_row[new_row >= 0])
+    sets |= {name: new_row[model.rows(labels, files.model)] for name, labels in model.node_sets.items()}
     for name, nodes in (sets | {name: np.empty(0, int) for name in model.side_sets}).items():
         if name in model.side_sets:
             sides = model.side_sets[name] @ [10, 1]
@@ -188,7 +196,7 @@ def _surfaces(
             nodes = np.unique(nodes[nodes >= 0])
             chosen = [some.nodes[np.isin(some.nodes, nodes).all(axis=1)] for some in facets]
         if len(nodes):
-            surfaces[name] = _surface(files, points, nodes, chosen, cell, shapes.get(name, {}))
+            surfaces[name] = _surface(body, nodes, chosen, cell, shapes.get(name, {}))
     if missing := shapes.keys() - surfaces.keys():
         have = ", ".join(sorted(surfaces)) or "none"
         raise InputError(f"{files.model}: has no set '{min(missing)}', of which geometry.surfaces states the shape;"
@@ -198,9 +206,16 @@ def _surfaces(
     return surfaces
 
 
+def _nodes_by_name(labels: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the sets of nodes without elements, as superelements have: all of them, and each where they are few."""
+    each = {f"node_{label}": rows[k : k + 1] for k, label in enumerate(labels.tolist())}
+    return {BOUNDARY: rows, **(each if len(rows) <= MOST_NAMED else {})}
+
+
 def _surface(
-    files: MatrixFiles, points: np.ndarray, nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
+    body: tuple[np.ndarray, np.ndarray], nodes: np.ndarray, facets: list[np.ndarray], cell: Cell, shape: SurfaceRule
 ) -> Surface:
+    points, _ = body
     if cell is TETRA10 and sum(map(len, facets)):
         triangles = np.concatenate(facets)
         a, b, c = np.moveaxis(points[triangles[:, :3]], 1, 0)
@@ -212,7 +227,7 @@ def _surface(
     sizes = np.linalg.norm(vectors[nodes], axis=1)
     bearing = (areas[nodes] > ZERO_AREA * areas[nodes].max(initial=0.0)) & (sizes > 0)
     if not bearing.any():
-        return _loose(points, nodes, shape)
+        return _loose(*body, nodes, shape)
     normals = np.zeros((len(nodes), 3))
     normals[bearing] = vectors[nodes][bearing] / sizes[bearing, None]
     shape = shape or fit_shape(points[nodes[bearing]], normals[bearing]).shape
@@ -228,12 +243,13 @@ def _check_shape(files: MatrixFiles, name: str, nodes: np.ndarray, shape: Surfac
         )
 
 
-def _loose(points: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface:
+def _loose(points: np.ndarray, middle: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface:
     """Return a set of nodes that bounds no element: equal shares of the area that it spans, of 1 m² if it spans none.
 
-    Normals point away from the middle of all nodes: those of its plane, or of the shape that is declared.
+    Normals point away from the middle of the body: those of its plane, or of the shape that is declared. They are
+    unknown where a plane contains the middle, or all nodes are on a cylinder.
     """
-    positions, middle = points[nodes], points.mean(axis=0)
+    positions = points[nodes]
     centred = positions - positions.mean(axis=0)
     _, spread, axes = np.linalg.svd(np.concatenate([centred, np.zeros((3, 3))]), full_matrices=False)
     flat = spread[2] <= 1e-6 * spread[1]
@@ -244,15 +260,22 @@ def _loose(points: np.ndarray, nodes: np.ndarray, shape: SurfaceRule) -> Surface
         except QhullError:
             area = 1.0
         if flat and not shape:
-            side = np.sign((positions.mean(axis=0) - middle) @ axes[2]) or 1.0
-            normals = np.broadcast_to(side * axes[2], positions.shape).copy()
+            normals = _away(positions, middle, axes[2])
     if shape.get("kind") == "plane":
-        normals = true_surface(positions, positions - middle, shape)[1]
-    elif shape:
+        normals = _away(positions, middle, np.asarray(shape["normal"], float))
+    elif shape and abs(float(np.mean(cylindrical(points, shape)[0])) / shape["radius"] - 1) > OFF_SHAPE:
         outside = float(np.mean(cylindrical(points, shape)[0])) > shape["radius"]
         away = positions - np.asarray(shape["origin"])
         normals = true_surface(positions, -away if outside else away, shape)[1]
     return Surface(nodes[:, None], shape, np.full(len(nodes), area / len(nodes)), normals)
+
+
+def _away(positions: np.ndarray, middle: np.ndarray, normal: np.ndarray) -> np.ndarray | None:
+    """Return the normals of a plane (k, 3) on the side away from a point; None where it contains the point."""
+    height = float((positions.mean(axis=0) - middle) @ normal)
+    if abs(height) <= OFF_SHAPE * float(np.linalg.norm(normal)) * float(np.abs(positions - middle).max()):
+        return None
+    return np.broadcast_to(np.sign(height) * normal / np.linalg.norm(normal), positions.shape).copy()
 
 
 def upper_triangle(A: sparse.csr_matrix) -> Triangle:

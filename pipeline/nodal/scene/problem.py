@@ -151,7 +151,7 @@ def _surface(job: Job, name: str, slave: Part, master: Part, placed: np.ndarray)
     local = (placed - master.position) @ master.rotation
     weights = sliding_weights(space, chart_coordinates(space.chart, local))
     direction = slave.rotation.T @ (master.rotation @ along_direction(space.chart))
-    along = np.tile(slave.model.directions @ direction, len(slave.model.nodes))
+    along = slave.model.of_nodes(np.tile(slave.model.directions @ direction, (len(slave.model.nodes), 1)))
     slide = (slave.model.M @ along @ slave.reduction) / slave.model.properties.mass
     return SlidingSurface(rows, weights, slide), space
 

@@ -11,7 +11,7 @@ from gudgeon.pipeline.nodal.sliding.loop import simulate_nodal
 from gudgeon.pipeline.process.clock import Clock, Seconds
 from gudgeon.pipeline.stages.job import Job
 from gudgeon.pipeline.stages.keys.products import Product, nodal_product
-from gudgeon.pipeline.stages.make import keep
+from gudgeon.pipeline.stages.make import keep_for
 
 REPEATS, SHORT = 3, 10.0
 """A run of `SHORT` [s] or less is repeated so often in all; the least time counts, as for reduced models."""
@@ -36,7 +36,7 @@ def nodal_runs(job: Job, progress: Callable[[str, float], None]) -> list[NodalRe
             problem = problem or nodal_problem(job)
             stage = f"full FE {step * 1e6:g} µs ({i + 1} of {len(steps)})"
             record = _timed(problem, step, lambda fraction, stage=stage: progress(stage, fraction))
-            keep(job.store, product, record)
+            keep_for(job, product, record)
         runs.append(job.store.get(product.key, "nodal"))
     return runs
 

@@ -17,7 +17,7 @@ class BodyFrames:
 
     motion: BodyMotion
     times: np.ndarray
-    """Of the frames: those that the run stored and those of the largest forces, ascending [s], (f,)."""
+    """Times of the frames: those that the run stored and those of the largest forces, ascending [s], (f,)."""
 
     @property
     def nodes(self) -> np.ndarray:

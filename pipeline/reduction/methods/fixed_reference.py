@@ -20,12 +20,12 @@ def fixed_reference(model: FEModel, rows: ContactRows, settings: ModesSettings) 
     """Reduce a body to the lowest modes of the body clamped at `settings.reference`."""
     key = "modes.reference"
     nodes = surface_nodes(model.mesh, settings.reference or "", key)
-    constrained = model.held.copy().reshape(len(model.nodes), -1)
-    constrained[nodes] = True
-    free = len(remaining_twists(model, constrained.ravel(), f"{key}: the nodes of {settings.reference}"))
+    constrained = model.held.copy()
+    model.by_node(constrained)[nodes] = True
+    free = len(remaining_twists(model, constrained, f"{key}: the nodes of {settings.reference}"))
     if free:
         raise InputError(f"{key}: '{settings.reference}' given, clamping it leaves {free} rigid motions free, not 0")
-    clamped = replace(model, held=constrained.ravel(), rigid_twists=np.empty((0, 6)))
+    clamped = replace(model, held=constrained, rigid_twists=np.empty((0, 6)))
     if settings.normal_count > (limit := largest_count(clamped)):
         raise InputError(f"modes.normal_count: {settings.normal_count} given, the clamped mesh has {limit} at most")
     shapes = normal_modes(clamped, settings.normal_count)

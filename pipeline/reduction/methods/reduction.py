@@ -219,9 +219,8 @@ def reference_reaction(model: FEModel, reduction: Reduction, nodes: np.ndarray) 
     max over shapes of ‖r‖ / ‖K φ‖ with r = K φ − ω² M φ on the surface's free dofs; each dof is scaled by the root of
     its stiffness, so that forces and moments are comparable. Zero for normal modes, whose boundary there is natural.
     """
-    on_surface = np.zeros((len(model.nodes), len(model.directions)), bool)
-    on_surface[nodes] = True
-    on_surface = on_surface.ravel()
+    on_surface = np.zeros(len(model.held), bool)
+    model.by_node(on_surface)[nodes] = True
     weight = 1 / np.sqrt(model.K.diagonal())
     forces = (model.K @ reduction.Phi) * weight[:, None]
     R = forces - (model.M @ reduction.Phi) * reduction.angular_frequencies**2 * weight[:, None]

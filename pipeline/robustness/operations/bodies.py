@@ -60,7 +60,7 @@ def step(subject: Subject, operation: Any) -> Trial:
     size = max(suggested * operation.factor, _mean_step(subject))
     changes = {"integrator": name, "step": size, "accuracy": "unset"}
     # Of what keeps its energy at any step the estimate alone says that one is too long.
-    if not subject.contacts or scene.run.step is not None or name == "implicit":
+    if not subject.contacts or scene.run.step is not None or name == "small":
         changes["checks"] = True
     return Trial(subject.changed({"run": changes}), agreement=AGREES, given_step=True, length=extent(subject))
 

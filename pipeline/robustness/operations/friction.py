@@ -78,14 +78,14 @@ def _touching(subject: Subject) -> list[str]:
 
 
 def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
-    """Return the job with friction, run by the implicit integrator, its first contact's surfaces in relative motion."""
+    """Return the job with friction, run by integrator `small`, its first contact's surfaces in relative motion."""
     scene, around = subject.scene, near_contact(subject)
     name, contact = next(iter(subject.contacts.items()))
     towards, body = -approach(subject.job)[0], scene.body[contact.body]
     across = np.cross(towards, np.eye(3)[int(np.abs(towards).argmin())])
     speed = max(float(np.linalg.norm(body.velocity)) for body in scene.body.values()) or SPEED
     aside = speed * (0.8 * across + 0.6 * np.cross(towards, across)) / np.linalg.norm(across)
-    bodies, run = around.get("body", {}), {"integrator": "implicit", "limits": LIMITS} | around.get("run", {})
+    bodies, run = around.get("body", {}), {"integrator": "small", "limits": LIMITS} | around.get("run", {})
     contacts: dict[str, Any] = {
         n: {"friction": {"static": coefficient, "kinetic": coefficient, "direction": "unset"}} for n in subject.contacts
     }
@@ -97,7 +97,7 @@ def _rubbing(subject: Subject, coefficient: float, press: float | None) -> Any:
         motion["velocity"] = (np.array(motion["velocity"]) + aside).tolist()
     if scene.run.step is None:
         run["checks"] = True
-    if scene.integrator != "implicit":
+    if scene.integrator != "small":
         run["step"] = "unset"
     if press:
         run |= {"gravity": (np.array(scene.run.gravity) + press * towards).tolist(), "start": "undeformed"}

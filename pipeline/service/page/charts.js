@@ -28,6 +28,24 @@ export function short(number) {
   return size !== 0 && (size >= 1e5 || size < 1e-3) ? digits.toExponential() : String(digits);
 }
 
+const PREFIXES = [[1e-15, "f"], [1e-12, "p"], [1e-9, "n"], [1e-6, "µ"], [1e-3, "m"], [1, ""], [1e3, "k"], [1e6, "M"], [1e9, "G"]];
+const PREFIXED = new Set(["m", "s", "N", "Pa", "J", "W", "V", "A", "Hz", "m/s", "N m", "N s", "N m s", "N/m"]);
+
+// The factor and the name by which values of a unit up to a size are written: 0.004 m in mm, 2e8 Pa in MPa.
+export function fitting(size, unit) {
+  if (!PREFIXED.has(unit) || !(Math.abs(size) > 0) || !Number.isFinite(size)) return [1, unit];
+  const [factor, prefix] = PREFIXES.findLast(([least]) => Math.abs(size) >= 0.9999 * least) ?? PREFIXES[0];
+  return [factor, prefix + unit];
+}
+
+// A label that ends with a unit in brackets gets the one that fits, of logarithms none.
+function scaled(label, [low, high]) {
+  const parts = /^(.*) \[([^\]]+)\]$/.exec(label ?? "");
+  if (!parts || label.startsWith("log")) return [1, label];
+  const [factor, unit] = fitting(Math.max(Math.abs(low), Math.abs(high)), parts[2]);
+  return [factor, `${parts[1]} [${unit}]`];
+}
+
 function ticks(low, high, count = 5) {
   const raw = (high - low) / count || 1, power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].map((one) => one * power).find((one) => one >= raw);
@@ -44,11 +62,12 @@ export function framed(width, height, x, y, labels) {
   const svg = drawn("svg", { class: "chart", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": labels.title });
   const placeX = (value) => left + ((value - x[0]) / (x[1] - x[0] || 1)) * (width - left - 26);
   const placeY = (value) => bottom - ((value - y[0]) / (y[1] - y[0] || 1)) * (bottom - 18);
-  for (const value of ticks(...y)) {
-    svg.append(drawn("line", { class: "grid", x1: left, x2: width - 26, y1: placeY(value), y2: placeY(value) }));
-    svg.append(drawn("text", { x: left - 6, y: placeY(value) + 4, "text-anchor": "end" }, short(value)));
+  const [unitX, labelX] = labels.marks ? [1, labels.x] : scaled(labels.x, x), [unitY, labelY] = scaled(labels.y, y);
+  for (const value of ticks(y[0] / unitY, y[1] / unitY)) {
+    svg.append(drawn("line", { class: "grid", x1: left, x2: width - 26, y1: placeY(unitY * value), y2: placeY(unitY * value) }));
+    svg.append(drawn("text", { x: left - 6, y: placeY(unitY * value) + 4, "text-anchor": "end" }, short(value)));
   }
-  const named = labels.marks ?? ticks(...x).map((value) => [value, short(value)]);
+  const named = labels.marks ?? ticks(x[0] / unitX, x[1] / unitX).map((value) => [unitX * value, short(value)]);
   let end = -Infinity; // Of the text before: none lies on another one.
   for (const [value, text] of named) {
     if (placeX(value) - 3.2 * text.length < end) continue;
@@ -56,8 +75,8 @@ export function framed(width, height, x, y, labels) {
     end = placeX(value) + 3.2 * text.length + 4;
   }
   svg.append(drawn("path", { class: "axis", d: `M${left} 16V${bottom}H${width - 26}` }));
-  svg.append(drawn("text", { x: (left + width) / 2, y: height - 4, "text-anchor": "middle" }, labels.x));
-  svg.append(drawn("text", { x: 12, y: 9, "text-anchor": "start", dy: 2 }, labels.y));
+  svg.append(drawn("text", { x: (left + width) / 2, y: height - 4, "text-anchor": "middle" }, labelX));
+  svg.append(drawn("text", { x: 12, y: 9, "text-anchor": "start", dy: 2 }, labelY));
   return { svg, placeX, placeY };
 }
 
@@ -70,9 +89,9 @@ export function spectrum(found, pick) {
     const group = drawn("g", { class: "bar", "data-mode": mode, onclick: () => pick(mode) });
     if (error) {
       const end = placeY(frequency * (1 - error));
-      group.append(drawn("path", { stroke: "#b32d2a", "stroke-width": 1.5, fill: "none", d: `M${x} ${y}V${end}M${x - 4} ${end}h8` }));
+      group.append(drawn("path", { stroke: "var(--bad)", "stroke-width": 1.5, fill: "none", d: `M${x} ${y}V${end}M${x - 4} ${end}h8` }));
     }
-    group.append(drawn("circle", { cx: x, cy: y, r: 4, fill: "#1f5fa8" }));
+    group.append(drawn("circle", { cx: x, cy: y, r: 4, fill: "var(--accent)" }));
     group.append(drawn("title", {}, `mode ${mode + 1}: ${short(frequency)} Hz${error ? `, error ${(100 * error).toPrecision(2)} %` : ""}`));
     svg.append(group);
   });
@@ -86,11 +105,11 @@ export function scatter(rows) {
   const range = (values) => [Math.floor(Math.min(...values)), Math.ceil(Math.max(...values) + 1e-9)];
   const x = seen.map((row) => Math.log10(row.seconds)), y = seen.map((row) => Math.log10(row.error));
   const { svg, placeX, placeY } = framed(WIDE(), 260, range(x), range(y), { x: "log₁₀ of CPU time [s]", y: "log₁₀ of the largest relative error", title: "error over run time" });
-  seen.forEach((row, at) => svg.append(drawn("circle", { cx: placeX(x[at]), cy: placeY(y[at]), r: 4, fill: "#1f5fa8", "fill-opacity": 0.75 }, drawn("title", {}, `${row.name}: ${short(row.seconds)} s, error ${short(row.error)}`))));
+  seen.forEach((row, at) => svg.append(drawn("circle", { cx: placeX(x[at]), cy: placeY(y[at]), r: 4, fill: "var(--accent)", "fill-opacity": 0.75 }, drawn("title", {}, `${row.name}: ${short(row.seconds)} s, error ${short(row.error)}`))));
   return svg;
 }
 
-export const COLOURS = ["#1f5fa8", "#b9540f", "#2b7a3d", "#7b3fa0", "#8a1538", "#0b7285"];
+export const COLOURS = [1, 2, 3, 4, 5, 6].map((n) => `var(--curve-${n})`);
 
 export function curves(times, series, labels) {
   const values = series.flatMap((one) => one.values);
@@ -149,7 +168,7 @@ export function matrix(found, pick) {
   const rows = found.mac.length, columns = found.mac[0]?.length ?? 0, cell = Math.max(6, Math.min(18, 420 / Math.max(rows, columns)));
   const svg = drawn("svg", { viewBox: `0 0 ${60 + columns * cell} ${36 + rows * cell}`, role: "img", "aria-label": "MAC matrix", style: `max-width:${1.4 * (60 + columns * cell)}px` });
   found.mac.forEach((line, row) => line.forEach((value, column) => {
-    const made = drawn("rect", { x: 44 + column * cell, y: 20 + row * cell, width: cell, height: cell, fill: "#1f5fa8", "fill-opacity": value, stroke: "#d9dfe5", "stroke-width": 0.4, onclick: () => pick(row, column) });
+    const made = drawn("rect", { x: 44 + column * cell, y: 20 + row * cell, width: cell, height: cell, fill: "var(--accent)", "fill-opacity": value, stroke: "var(--line)", "stroke-width": 0.4, onclick: () => pick(row, column) });
     made.append(drawn("title", {}, `mode ${row + 1} and mode ${column + 1}: MAC ${value.toFixed(3)}`));
     svg.append(made);
   }));

@@ -1,11 +1,12 @@
 // The page of a modal database: search, one record, two bases beside each other.
 
-import { curves, element, graph, kindOf, matrix, scatter, short, spectrum } from "./charts.js";
+import { curves, element, fitting, graph, kindOf, matrix, scatter, short, spectrum } from "./charts.js";
 import { study } from "./study-view.js";
 import { tree } from "./tree.js";
 import { View } from "./view.js";
 
 const KINDS = ["mesh", "modes", "morph", "sensitivity", "trajectory", "nodal", "cyclic", "wheel", "measurement", "report"];
+const CONDITION = /^\s*[\w-]+(\.[\w-]+)*\s*(<=|>=|!=|=|<|>)\s*\S/; // As LIKE_A_CONDITION of the service.
 const byId = (id) => document.getElementById(id);
 const state = { database: "", key: "", views: [] };
 window.gudgeon = state;
@@ -24,6 +25,7 @@ const record = (key) => `${base()}/records/${key}`;
 
 async function told(work) {
   byId("message").textContent = "";
+  if (!byId("login").hidden) return undefined;
   try {
     return await work();
   } catch (error) {
@@ -34,6 +36,8 @@ async function told(work) {
 
 async function search() {
   const asked = new URLSearchParams({ limit: 300 });
+  const { where } = byId("search").elements;
+  if (where.value && !CONDITION.test(where.value)) throw new Error(`where: '${where.value}' is no condition such as material.E>=2e11`);
   for (const [name, value] of new FormData(byId("search"))) {
     if (value && name === "since") asked.set(name, new Date(value).getTime() / 1000);
     else if (value) asked.append(name, value);
@@ -52,11 +56,14 @@ function ofScene(name) {
 function item(row) {
   const parts = [...new Set(row.uses.map((use) => use[1]))].join(", "), scenes = [...new Set(row.uses.map((use) => use[0]))].join(", ");
   const isStudy = kindOf(row) === "study";
-  const button = element("button", { type: "button", "data-key": row.key, onclick: () => open(row.key) },
+  const button = element("button", { type: "button", "data-key": row.key, onclick: (event) => { event.currentTarget.focus(); open(row.key); } },
     element("span", { class: "what" }, kindOf(row)), element("span", {}, (isStudy ? scenes : parts) || row.key.slice(0, 12)), element("small", {}, bytes(row.size)),
-    element("small", { class: "wide" }, `${new Date(1000 * row.made).toLocaleString()}  ${isStudy ? "" : scenes}  `, ...row.tags.map((tag) => element("span", { class: "tag" }, tag))));
+    element("small", { class: "wide" }, `${date(row.made)}  ${isStudy ? "" : scenes}  `, ...row.tags.map((tag) => element("span", { class: "tag" }, tag))));
   return element("li", {}, button);
 }
+
+// Of the time zone of the browser, as 2026-12-01 09:30.
+const date = (seconds) => new Date(1000 * seconds).toLocaleString("sv-SE").slice(0, 16);
 
 function bytes(size) {
   return size < 1e6 ? `${short(Math.round(size / 1e3))} kB` : `${short(Number((size / 1e6).toPrecision(3)))} MB`;
@@ -90,7 +97,8 @@ async function show(key) {
   place.lastChild.classList.add("keys");
   if (info.fields.length) place.append(element("h3", {}, "arrays"), table(info.fields.map((row) => [row.path, row.shape.join(" × "), bytes(row.bytes)])));
   tree(place, key, ask, base());
-  if (place.isConnected) page.focus({ preventScroll: true });
+  // Arrow keys go on walking the list from which the record was chosen.
+  if (place.isConnected && !byId("records").contains(document.activeElement)) page.focus({ preventScroll: true });
 }
 
 function flat(inputs, prefix = "") {
@@ -100,7 +108,7 @@ function flat(inputs, prefix = "") {
 }
 
 function table(rows, heads) {
-  const cells = (row, name) => element("tr", {}, ...row.map((text, n) => element(name, { class: n && typeof text === "number" ? "number" : null }, typeof text === "number" ? short(text) : String(text))));
+  const cells = (row, name) => element("tr", {}, ...row.map((text, n) => element(name, { class: n && typeof text === "number" ? "number" : null }, typeof text === "number" ? short(text) : String(text ?? ""))));
   return element("div", { class: "scroll" }, element("table", {}, ...(heads ? [cells(heads, "th")] : []), ...rows.map((row) => cells(row, "td"))));
 }
 
@@ -203,7 +211,10 @@ async function run(place, key, info) {
   const named = ["kinetic", "strain", "contact", "dissipated", "work of loads"].slice(0, columns);
   place.append(element("h3", {}, "energies"), curves(times, named.map((name, n) => ({ name, values: times.map((_, at) => energies.values[columns * at + n]) })), { x: "time [s]", y: "energy [J]", title: "energies" }));
   const quantities = JSON.parse(info.attributes.quantities ?? "{}");
-  place.append(element("h3", {}, `result: ${info.attributes.result}`), table(Object.entries(quantities).map(([name, one]) => [name, one.value, one.unit])));
+  place.append(element("h3", {}, `result: ${info.attributes.result}`), table(Object.entries(quantities).map(([name, { value, unit }]) => {
+    const [size, fitted] = typeof value === "number" ? fitting(value, unit) : [1, unit];
+    return [name, typeof value === "number" ? value / size : value, fitted];
+  })));
 }
 
 async function film(place, key, bodies) {
@@ -221,7 +232,8 @@ async function film(place, key, bodies) {
     view.show({ points: numbers(found.points, Float32Array), triangles: numbers(found.triangles, Uint32Array) });
     view.reach = frames.reduce((most, one) => Math.max(most, Math.abs(one)), 0);
     view.film(frames, values.map((one) => one / (found.largest || 1)), found.times.length, (number) => (time.textContent = `${short(1e3 * found.times[number])} ms`));
-    legend.textContent = ` 0 to ${short(found.largest)} ${colour.value === "stress" ? "Pa, von Mises, of the elastic shapes" : "m"}`;
+    const [size, unit] = fitting(found.largest, colour.value === "stress" ? "Pa" : "m");
+    legend.textContent = ` 0 to ${short(found.largest / size)} ${unit}${colour.value === "stress" ? ", von Mises, of the elastic shapes" : ""}`;
     drawn(place, [view]);
     sized();
   }
@@ -277,6 +289,7 @@ byId("login").addEventListener("submit", (event) => {
   told(() => follow(true));
 });
 byId("records").addEventListener("keydown", (event) => {
+  if (event.key === "ArrowRight") byId("record").focus();
   const step = { ArrowDown: 1, ArrowUp: -1 }[event.key], all = [...document.querySelectorAll("#records button")];
   if (!step) return;
   event.preventDefault();

@@ -79,7 +79,7 @@ function chart({ heads, rows }, { over, quantity, lines }, open) {
   const failed = rows.filter((row) => row[result] !== FINISHED);
   for (const row of failed) {
     const place = placeX(placed(row));
-    svg.append(drawn("path", { stroke: "#b32d2a", "stroke-width": 1.6, d: `M${place - 4} 236l8 8m0-8l-8 8` }, drawn("title", {}, `design ${row[0]}: ${row[result]} ${row[result + 1] ?? ""}`)));
+    svg.append(drawn("path", { stroke: "var(--bad)", "stroke-width": 1.6, d: `M${place - 4} 236l8 8m0-8l-8 8` }, drawn("title", {}, `design ${row[0]}: ${row[result]} ${row[result + 1] ?? ""}`)));
   }
   if (failed.length) legend.append(element("span", { class: "bad" }, `× without result: ${failed.length}`));
   return element("div", {}, svg, legend);

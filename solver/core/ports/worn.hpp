@@ -10,7 +10,7 @@
  * is exactly h where all depths are h, has the gradient -sum (p_i - p0_i) u_i with p0 the weights without wear, and is
  * smooth however rough the depths are: where a groove conforms to the journal the contact is spread over the groove.
  *
- * Elastic: the potential over the offset is tabulated by `mechanism/touching/yielding.py` as the indentation delta of a
+ * Elastic: the potential over the offset is tabulated by `turning/touching/yielding.py` as the indentation delta of a
  * linear law that has the same energy, H(e) = |e| - c - delta(rho, theta) with rho = |e| - e0(theta).
  */
 #pragma once

@@ -4,7 +4,7 @@
  * c sections, E elastic coordinates at most of a body. A body's state is its centre of mass x, the unit quaternion e of
  * its rotation since it was placed, its velocity v, and its spin, the angular momentum about its centre along the
  * scene's axes: thirteen numbers; behind those of all bodies stand the elastic coordinates of all, their momenta, of
- * each section `PUSHES` integrals, and `SUMS` sums over time. Members and numbers are those of `mechanism/arrays.py`.
+ * each section `PUSHES` integrals, and `SUMS` sums over time. Members and numbers are those of `turning/arrays.py`.
  */
 #pragma once
 #include "../fields/co_energies.hpp"

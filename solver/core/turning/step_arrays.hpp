@@ -1,7 +1,7 @@
 /* The arrays of a step: by Dormand and Prince's method, implicit by collocation, and exponential.
  *
  * Shapes as of `arrays.hpp`, s stages behind the start, k eigenvalues, N numbers of a state. Members of what a run is
- * given are those of the tuples of `mechanism/stepping.py` and `mechanism/tables.py`.
+ * given are those of the tuples of `turning/stepping.py` and `turning/tables.py`.
  */
 #pragma once
 #include <complex>
@@ -144,7 +144,7 @@ struct Waves {
     Vec energy;         /* Kinetic, at the start [J], (1,). */
 };
 
-/* Coefficients of collocation at the points of Lobatto, `mechanism/tables.py`. */
+/* Coefficients of collocation at the points of Lobatto, `turning/tables.py`. */
 struct Table {
     CVec points;        /* Of the stages over the step, (s,). */
     CVec start;         /* Of the slope at the start, added to those of the stages, (s,). */

@@ -6,7 +6,7 @@
  *     g = c (h - H) - N.e + sum_j C_ij lambda_j,   c = 1/sqrt(1 + |grad H|^2),
  *
  * to second order its distance; e are the outward displacements of the functions of the traction space and N their
- * values at (s, t). What the force does and what C is: `solver/integrators/mechanism/touching/surfaces.py`.
+ * values at (s, t). What the force does and what C is: `solver/integrators/turning/touching/surfaces.py`.
  */
 #pragma once
 #include "../layout.hpp"

@@ -335,6 +335,6 @@ def _panels(segment: Segment, edges: np.ndarray) -> np.ndarray:
         raise SceneError(
             f"run.duration: {edges[-1] - edges[0]:.3g} s of damped motion without an event are {radians:.3g} rad of its"
             f" fastest oscillation, {fastest:.3g} rad/s; integrator 'event' sums what dampers take over up to"
-            f" {MOST_PANELS:.0e} rad; allowed: a shorter duration, fewer modes, or run.integrator = 'implicit'"
+            f" {MOST_PANELS:.0e} rad; allowed: a shorter duration, fewer modes, or run.integrator = 'small'"
         )
     return np.maximum(1, np.ceil(fastest * np.diff(edges))).astype(int)

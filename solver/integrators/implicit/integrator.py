@@ -23,8 +23,8 @@ REFRESH = 0.2
 """Share of a traction space's spacing that a pair may slide before its matrix is made anew."""
 
 
-class Implicit(capabilities.Implicit):
-    """A run of the implicit integrator."""
+class Implicit(capabilities.Small):
+    """A run of the implicit loop."""
 
     failure = Result.DEPENDENT_ROWS
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from gudgeon import modaldb
 from gudgeon.pipeline.kinds import open_job, run
-from gudgeon.solver.integrators.mechanism.integrator import Mechanism
+from gudgeon.solver.integrators.turning.integrator import Turning
 from gudgeon.solver.system.compile import compile_system
 
 BEAMS = (2, 5, 10, 20, 50, 100, 200)
@@ -60,17 +60,17 @@ def chain_scene(count: int) -> str:
     return "".join(parts)
 
 
-def mechanism_of(folder: Path, count: int, **changes: Any) -> Mechanism:
+def mechanism_of(folder: Path, count: int, **changes: Any) -> Turning:
     """Return the time loop of a chain, with steps of one size."""
     scene = folder / f"chain-{count}.toml"
     scene.write_text(chain_scene(count))
     places: dict[str, Any] = {"db": folder / "db", "out": folder / f"out-{count}", "set": changes}
     run(scene, **places, until="morph")
     job = open_job(scene, **places)
-    return Mechanism(compile_system(modaldb.open(folder / "db"), job.scene, job.morphs()), 1e-4, fixed_step=STEP)
+    return Turning(compile_system(modaldb.open(folder / "db"), job.scene, job.morphs()), 1e-4, fixed_step=STEP)
 
 
-def seconds_of_a_step(found: Mechanism, steps: int = STEPS) -> float:
+def seconds_of_a_step(found: Turning, steps: int = STEPS) -> float:
     """Return the least CPU time of a step [s]."""
     taken = []
     for _ in range(steps):

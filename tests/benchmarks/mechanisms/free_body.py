@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gudgeon.solver.integrators.mechanism.arrays import SPEED, SPIN
-from gudgeon.solver.integrators.mechanism.energy import bodies_of, energies, motion_of
-from gudgeon.solver.integrators.mechanism.integrator import Mechanism
-from tests.solver.integrators.mechanism.flexible_scenes import cloud_run, cloud_system
-from tests.solver.integrators.mechanism.test_flexible import SOFT, TUMBLING
+from gudgeon.solver.integrators.turning.arrays import SPEED, SPIN
+from gudgeon.solver.integrators.turning.energy import bodies_of, energies, motion_of
+from gudgeon.solver.integrators.turning.integrator import Turning
+from tests.solver.integrators.turning.flexible_scenes import cloud_run, cloud_system
+from tests.solver.integrators.turning.test_flexible import SOFT, TUMBLING
 
 STEP, EVERY = 2e-3, 500
 """Step [s], of which 22 are one period of the highest mode, and steps between readings."""
@@ -39,7 +39,7 @@ def main(steps: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         duration = 1.01 * steps * STEP
         system = cloud_system(Path(folder), SOFT, TUMBLING, run={"duration": duration, "samples": 10})
-        found = Mechanism(system, duration / 10, fixed_step=STEP)
+        found = Turning(system, duration / 10, fixed_step=STEP)
     begin, states, whole = time.process_time(), [], []
     for number in range(steps + 1):
         if number % EVERY == 0:

@@ -117,7 +117,7 @@ def mass_on_layer(draw: Draw) -> Case:
     omega = math.sqrt(k / m)
     law = {"kind": "linear", "stiffness": k}
     scene = mass_scene(m, speed, {"method": "penalty", "law": law}, 5.0 / omega)
-    integrator = draw.of(["auto", "auto", "implicit"])
+    integrator = draw.of(["auto", "auto", "small"])
     scene["run"]["integrator"] = integrator
     exact = {
         "wall.impulse": 2 * m * speed,
@@ -146,7 +146,7 @@ def hertz(draw: Draw) -> Case:
     depth = (1.25 * m * speed**2 / K) ** 0.4
     duration = 2.9432 * depth / speed
     scene = mass_scene(m, speed, {"method": "penalty", "law": {"kind": "hertz", "stiffness": K}}, 1.5 * duration)
-    scene["run"]["integrator"] = draw.of(["auto", "auto", "implicit"])
+    scene["run"]["integrator"] = draw.of(["auto", "auto", "small"])
     exact = {
         "wall.impulse": 2 * m * speed,
         "wall.rebound_velocity": speed,

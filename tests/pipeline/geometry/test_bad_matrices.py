@@ -120,7 +120,7 @@ def test_damaged_files(
 
 FILES: list[tuple[dict[str, str], str]] = [
     ({"stiffness": "part.xyz"}, r"part\.xyz: '\.xyz' given; allowed: \.sti, \.mtx, \.op4"),
-    ({"model": "part.sti"}, r"part\.sti: '\.sti' given; allowed: \.inp, \.bdf"),
+    ({"model": "part.sti"}, r"part\.sti: '\.sti' given as geometry\.model; allowed: \.inp, \.bdf"),
     ({"mass": ""}, r"part\.sti: holds one matrix; geometry\.mass is missing"),
     (
         {"stiffness": "broken.op4", "mass": "broken.op4"},

@@ -134,3 +134,18 @@ def test_archives_that_are_wrong_are_refused(tmp_path: Path, old: str, new: str,
     with pytest.raises(InputError, match=re.escape(words)) as caught:
         MeshFile(kind="file", path=str(path)).build(None)
     assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_tags_of_nodes_beyond_memory(tmp_path: Path) -> None:
+    """A tag of a node takes no array of all tags below it, as meshio makes one: 24 GB here."""
+    far = 3_000_000_000
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 2]])
+    tags = "\n".join(str(far + k) for k in range(4))
+    nodes = "\n".join(" ".join(map(str, p)) for p in points.tolist())
+    path = tmp_path / "far.msh"
+    path.write_text(
+        f"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 {far} {far + 3}\n3 1 0 4\n{tags}\n{nodes}\n$EndNodes\n"
+        f"$Elements\n1 1 1 1\n3 1 4 1\n1 {' '.join(str(far + k) for k in range(4))}\n$EndElements\n"
+    )
+    mesh = MeshFile(kind="file", path=str(path)).build(None)
+    np.testing.assert_array_equal(mesh.nodes[mesh.cells[0, :4]], points)

@@ -320,6 +320,71 @@ def test_a_constraint_equation_of_ansys(tmp_path: Path) -> None:
     assert "expected terms of node, direction and coefficient" in refusal(path)
 
 
+def equations_of(lead: int, place: np.ndarray, followers: tuple[int, ...], *, swapped: bool = False) -> str:
+    """Return the equations that CDWRITE writes of CERIG, u − u₀ − θ × r = 0, three terms and more of each."""
+    lines, number = [], 0
+    for node in followers:
+        r = POINTS[node - 1] - place
+        for i in range(3):
+            about = np.cross(r, np.eye(3)[i])
+            terms = [(node, i, 1.0), (lead, i, -1.0), *((lead, 3 + k, -about[k]) for k in range(3) if about[k])]
+            terms = terms[::-1] if swapped else terms
+            number += 1
+            lines.append(f"CE,R5.0,DEFI,{len(terms):8},{number:8},  0.0")
+            for pair in (terms[k : k + 2] for k in range(0, len(terms), 2)):
+                lines.append("CE,R5.0,NODE" + "".join(f",{n:8},{AXES[axis]:4},{c:16.9E}" for n, axis, c in pair))
+    return "\n".join(lines) + "\n"
+
+
+AXES = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
+LEAD = f"{9:9}{0:9}{0:9}" + "".join(f"{x:21.13E}" for x in (0.1, 0.2, 2.0)) + "\n"
+TOP = f"{4:9}{0:9}{0:9}"
+REGIONS = {
+    "one by one": "CERIG,9,1,UXYZ\nCERIG,9,2,ALL\nCERIG,9,3\n",
+    "by a component": "CMBLOCK,TIP,NODE,       2\n(8i10)\n         1        -3\nCMSEL,S,TIP,NODE\nCERIG,9,ALL,UXYZ\n",
+    "as CDWRITE writes it": equations_of(9, np.array([0.1, 0.2, 2.0]), (1, 2, 3)),
+    "in another order": equations_of(9, np.array([0.1, 0.2, 2.0]), (3, 2, 1), swapped=True),
+}
+
+
+@pytest.mark.parametrize("name", REGIONS)
+def test_rigid_regions_of_ansys(name: str, tmp_path: Path) -> None:
+    mass = "".join(f"{k:9}" for k in (1, 3, 1, 1, 0, 0, 0, 0, 1, 0, 2, 9)) + "\n"
+    text = (
+        CDB.format(spring=mass).replace("ET,2,14\n", "ET,3,21\n").replace("KEYOPT,2,2,1\n", "").replace(TOP, LEAD + TOP)
+    )
+    constants = "RLBLOCK,1,1,3,7\n(2i8,6g16.9)\n(7g16.9)\n" + f"{1:8}{3:8}" + 3 * f"{0.5:16.9f}" + "\n"
+    (tmp_path / "part.cdb").write_text(text + constants + REGIONS[name])
+    mesh = read(tmp_path / "part.cdb")
+    (attachment,) = mesh.attachments.values()
+    assert (attachment.kind, attachment.mass) == ("rbe2", 0.5)
+    np.testing.assert_allclose(mesh.nodes[attachment.nodes, 2], 0.0)
+    assert set(attachment.nodes) >= {0, 1, 2}
+    np.testing.assert_allclose(attachment.point, [0.1, 0.2, 2.0])
+    assert not mesh.relations
+
+
+@pytest.mark.parametrize(("commands", "words"), [
+    ("NSEL,S,LOC,Z,0\nCERIG,9,ALL\n", "CERIG is not taken over"), ("CERIG,9,1,UX\n", "CERIG is not taken over"),
+    (REGIONS["as CDWRITE writes it"].replace("ROTX, 2", "ROTX, 3"), "CE"),
+])  # fmt: skip
+def test_regions_that_are_not_known_to_be_rigid_are_refused(commands: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "part.cdb").write_text(CDB.format(spring="").replace(TOP, LEAD + TOP) + commands)
+    assert words in refusal(tmp_path / "part.cdb")
+
+
+@pytest.mark.parametrize(("commands", "sums"), [
+    ("CP,7,UX,4,3\nCP,7,UX,2\n", [{(3, 0): 1.0, (4, 0): -1.0}, {(2, 0): 1.0, (4, 0): -1.0}]),
+    ("CP,NEXT,UZ,4,3\n", [{(3, 2): 1.0, (4, 2): -1.0}]),
+    ("CE,1,0,4,UX,1.0,3,UY,-2.0\nCE,1,,2,UZ,-1.0\n", [{(4, 0): 1.0, (3, 1): -2.0, (2, 2): -1.0}]),
+    ("CE,NEXT,,4,UX,1,3,UY,-2\nCE,NEXT,0,4,UY,1,3,UY,-1\n",
+     [{(4, 0): 1.0, (3, 1): -2.0}, {(4, 1): 1.0, (3, 1): -1.0}]),
+])  # fmt: skip
+def test_equations_as_commands(commands: str, sums: list[dict[tuple[int, int], float]], tmp_path: Path) -> None:
+    (tmp_path / "part.cdb").write_text(CDB.format(spring="") + commands)
+    assert sums_of_deck(tmp_path / "part.cdb", "equations") == sums
+
+
 def test_directions_of_nodes_of_ansys(tmp_path: Path) -> None:
     """Angles about z, then about the new x, then about the new y."""
     old = f"{4:9}{0:9}{0:9}" + "".join(f"{x:21.13E}" for x in POINTS[3].tolist())

@@ -67,7 +67,7 @@ def test_no_other_module_hands_a_solve_on(module: str) -> None:
         "from gudgeon.solver.contact import lcp",
         "from gudgeon import solver",
         "import gudgeon.solver.integrators.family",
-        "def f():\n    from gudgeon.solver.integrators.general.integrator import General",
+        "def f():\n    from gudgeon.solver.integrators.small.integrator import Small",
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from gudgeon.solver.system.system import System",
         "from gudgeon.solver.results.trajectory import recorded",
     ],

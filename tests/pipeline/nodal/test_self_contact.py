@@ -101,7 +101,7 @@ def test_the_tines_have_the_impulse_of_full_fe(tmp_path: Path) -> None:
             },
             "traction space of their own body",
         ),
-        ({"run__integrator": "mechanism"}, "'mechanism' does not support"),
+        ({"run__integrator": "turning"}, "'turning' does not support"),
     ],
 )
 def test_what_is_no_contact_of_a_body_with_itself_is_one_line(
@@ -129,7 +129,7 @@ def test_tines_strike_alike_by_the_implicit_integrator_and_turned(tmp_path: Path
     job = job_of(tmp_path)
     found = solved(job)
     turned_one = solved(replace(job, scene=turned(job.scene)))
-    implicit = solved(job_of(tmp_path, run__integrator="implicit", run__step=5e-7))
+    implicit = solved(job_of(tmp_path, run__integrator="small", run__step=5e-7))
     for name in STRUCK:
         assert turned_one[name] == pytest.approx(found[name], rel=1e-9), name
         assert implicit[name] == pytest.approx(found[name], rel=1e-4), name
@@ -163,6 +163,6 @@ def test_a_fork_that_may_turn_meets_itself_as_one_of_small_motion(tmp_path: Path
     splines = {"shape": "surface", "body": "fork", "interface": "high"}
     found = solved(job_of(tmp_path / "small", **SPRINGS))
     turns = {"component__fork__interface__high": space, "contact__tines__against": splines}
-    turning = solved(job_of(tmp_path / "turning", **SPRINGS, **turns, run__integrator="mechanism"))
+    turning = solved(job_of(tmp_path / "turning", **SPRINGS, **turns, run__integrator="turning"))
     for name in STRUCK:
         assert turning[name] == pytest.approx(found[name], rel=2e-2), name

@@ -12,7 +12,7 @@ from gudgeon.pipeline.stages.job import Job, variant
 from gudgeon.pipeline.stages.run import run_job
 from tests.pipeline.small import write_scene
 
-IMPLICIT = {"run": {"integrator": "implicit"}}
+IMPLICIT = {"run": {"integrator": "small"}}
 
 
 def silent(stage: str, share: float) -> None:

@@ -55,23 +55,23 @@ def test_default_sweep() -> None:
     found = names("rod-wall")
     assert found[:5] == ["25 modes", "50 modes", "100 modes", "200 modes", "reduction ritz"]
     assert {"integrator event", "penalty"} <= set(found[5:])
-    assert names("rigid") == ["as in the scene", "integrator implicit"]
+    assert names("rigid") == ["as in the scene", "integrator small"]
     assert names("hertz") == ["as in the scene"]
     assert names("four-bar") == ["as in the scene", "accuracy 0.0001", "accuracy 1e-06"]
 
 
 def test_what_contradicts_itself_is_left_out_with_its_reason() -> None:
     scene = job("hertz")
-    bad = Setting("integrator mechanism", {"run": {"integrator": "mechanism"}}, named=False)
+    bad = Setting("integrator turning", {"run": {"integrator": "turning"}}, named=False)
     fine = Setting("", {})
     able, left_out = able_settings(scene, [bad, fine])
     assert able == [fine]
     assert [one["name"] for one in left_out] == [bad.name]
-    assert "'mechanism' does not support" in left_out[0]["why"]
+    assert "'turning' does not support" in left_out[0]["why"]
     with pytest.raises(InputError, match="no setting is admissible"):
         able_settings(scene, [bad])
-    with pytest.raises(InputError, match="'mechanism' does not support"):
-        able_settings(scene, [Setting("mechanism", {"run": {"integrator": "mechanism"}})])
+    with pytest.raises(InputError, match="'turning' does not support"):
+        able_settings(scene, [Setting("turning", {"run": {"integrator": "turning"}})])
 
 
 def test_schemes_hold_all_but_basis_and_step() -> None:
@@ -81,7 +81,7 @@ def test_schemes_hold_all_but_basis_and_step() -> None:
     assert len({basis_of(variant(scene, changes)) for changes in same}) == 2
     others = [{"contact": {"wall": {"dashpot": "wave-guide"}}}, {"run": {"duration": 1e-4}}]
     assert len({scheme_of(variant(scene, changes))[0] for changes in [*others, {}]}) == 3
-    assert scheme_of(variant(scene, others[0]))[1] == "residual, dashpot, implicit"
+    assert scheme_of(variant(scene, others[0]))[1] == "residual, dashpot, small"
 
 
 def test_finer_runs_tell_the_time_error() -> None:

@@ -70,6 +70,6 @@ def test_a_step_is_not_below_what_the_errors_of_a_mechanism_allow(tmp_path: Path
     path.write_text(DOUBLE)
     one = subject(open_job(path, db=tmp_path / "db", out=tmp_path / "out"), tmp_path)
     mean = one.scene.run.duration / one.base.steps
-    one.known["step"] = ("mechanism", 0.03 * mean)
+    one.known["step"] = ("turning", 0.03 * mean)
     for factor, wanted in ((10.0, mean), (100.0, 3.0 * mean)):
         assert applied(one, kind="step", factor=factor).job.scene.run.step == pytest.approx(wanted)

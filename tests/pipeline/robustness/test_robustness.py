@@ -515,7 +515,7 @@ method = "constraint"
 duration = 1e-3
 samples = 100
 frames = 100
-integrator = "implicit"
+integrator = "small"
 step = 1e-6
 checks = false
 """

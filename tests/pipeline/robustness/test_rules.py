@@ -177,7 +177,7 @@ def test_motions_across_are_round_off() -> None:
 def test_of_contacts_in_a_clearance_the_first_is_compared() -> None:
     """Later ones multiply round-off: of reference H1 1e-14 of a mass becomes 1.4e-5 of an impulse."""
     readings = {"tip": (1.0, "m"), "pin.impact1.start": (2e-4, "s"), "pin.impact1.impulse": (1.3, "N s")}
-    loose = replace(SOUND, contact=None, integrator="mechanism", readings=readings)
+    loose = replace(SOUND, contact=None, integrator="turning", readings=readings)
     like = replace(LIKE, base=loose)
     late = replace(loose, readings=readings | {"tip": (1.02, "m")})
     assert judge(case("similarity"), late, like).verdict == "right"
@@ -186,7 +186,7 @@ def test_of_contacts_in_a_clearance_the_first_is_compared() -> None:
 
 
 def test_a_larger_step_may_drift_as_its_square_and_no_more() -> None:
-    own = replace(SOUND, integrator="implicit", energy_drift=1e-3, step=1e-6)
+    own = replace(SOUND, integrator="small", energy_drift=1e-3, step=1e-6)
     larger = replace(own, energy_drift=8.9e-3, step=3e-6)
     like = replace(LIKE, base=own)
     assert judge(case("energy"), larger, like).verdict == "right"
@@ -251,7 +251,7 @@ def test_surfaces_that_friction_moves_apart_are_judged_without_a_contact() -> No
 @pytest.mark.parametrize(("drift", "verdict"), [(1.2e-5, "right"), (2.3e-5, "right"), (2.5e-5, "wrong")])
 def test_the_drift_of_equal_steps_is_that_of_the_run_compared(drift: float, verdict: str) -> None:
     """A mechanism in other units and in equal steps, which its integrator would not choose."""
-    base = replace(SOUND, integrator="mechanism", energy_drift=1.2e-5)
+    base = replace(SOUND, integrator="turning", energy_drift=1.2e-5)
     found = replace(base, energy_drift=drift)
     assert judge(case("energy"), found, Compared(base=base, equal_steps=True)).verdict == verdict
     assert judge(case("energy"), found, Compared(base=base)).verdict == "wrong"

@@ -73,7 +73,7 @@ def test_a_step_from_the_samples_is_found(rod: Path, tmp_path: Path, monkeypatch
     def coarse(system: Any, progress: Any = None) -> Any:
         run = system.scene.run
         step = 5 * run.duration / run.samples
-        fixed = run.model_copy(update={"step": step, "checks": False, "integrator": "implicit"})
+        fixed = run.model_copy(update={"step": step, "checks": False, "integrator": "small"})
         return whole(replace(system, scene=system.scene.model_copy(update={"run": fixed})), progress)
 
     monkeypatch.setattr(trial, "simulate", coarse)

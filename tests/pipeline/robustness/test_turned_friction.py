@@ -17,7 +17,7 @@ SCENE = Path(__file__).parents[3] / "data/beam-sphere"
 def test_a_beam_that_is_rigid_across_its_plane_is_held_alike_in_any_axes(tmp_path: Path) -> None:
     """Both tangents of a turned scene have a share of its flexibility, and together they depend on each other."""
     settings = {
-        "contact.pair.friction.static": 0.3, "run.integrator": "implicit", "run.limits.angle": 1e3,
+        "contact.pair.friction.static": 0.3, "run.integrator": "small", "run.limits.angle": 1e3,
         "run.limits.offset": 1e6,
     }  # fmt: skip
     job = open_job(SCENE, set=settings, db=tmp_path / "db", out=tmp_path / "out")

@@ -34,7 +34,7 @@ duration = 0.1
 """
 
 
-@pytest.mark.parametrize("integrator", ["auto", "mechanism"])
+@pytest.mark.parametrize("integrator", ["auto", "turning"])
 def test_a_block_on_a_bushing_moves_alike_in_any_axes(integrator: str, tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text(SCENE + f'integrator = "{integrator}"\n')

@@ -197,11 +197,11 @@ def test_liner_that_is_too_short(
         (
             "run.integrator=event",
             "run.integrator: 'event' does not support damping of body.piston, damping of body.liner, joint.rod and 3"
-            " more elements; use 'auto' or 'implicit'",
+            " more elements; use 'auto' or 'small'",
         ),
         (
             "run.integrator=explicit",
-            "run.integrator: 'explicit' given, an integrator of before; use 'implicit'",
+            "run.integrator: 'explicit' given, a former integrator; use 'small'",
         ),
     ],
 )

@@ -1,5 +1,6 @@
 """The page in headless Chromium, clicked and typed at by Playwright, at two sizes; nothing leaves the machine."""
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
@@ -63,11 +64,7 @@ def page(request: pytest.FixtureRequest, browser: Any, url: str) -> Iterator[Any
     width, height = SIZES[request.param]
     found = browser.new_page(viewport={"width": width, "height": height})
     complaints, asked = [], []
-    # A refusal, which the page tells its user, is an error on the console, too.
-    found.on(
-        "console",
-        lambda one: complaints.append(one.text) if one.type == "error" and "a status of 4" not in one.text else None,
-    )
+    found.on("console", lambda one: complaints.append(one.text) if one.type == "error" else None)
     found.on("pageerror", lambda error: complaints.append(str(error)))
     found.on("request", lambda one: asked.append(one.url))
     found.goto(url)
@@ -202,6 +199,9 @@ def test_a_run_and_where_it_came_from(page: Any) -> None:
     assert (picture(page), page.inner_text("#film-time")) == (still, time_shown)
     page.select_option("#film-colour", "stress")
     until(page, "document.querySelector('#record').textContent.includes('Pa, von Mises')")
+    assert re.search(r"0 to [\d.]+ [kM]Pa, von Mises", page.inner_text("#record"))
+    chart = page.text_content("svg[aria-label='contact forces']")
+    assert re.search(r"time \[[mµ]s\]", chart), chart
     page.locator("svg .node:has-text('scene')").click()
     until(page, "document.querySelector('#search input[name=scene]').value === 'skirt'")
     until(page, "document.querySelectorAll('#records button').length === 13")  # All but the report.
@@ -291,12 +291,61 @@ def test_a_refusal_that_comes_after_the_token(browser: Any, url: str) -> None:
     """)
     found.goto(url)
     found.wait_for_selector("#login:not([hidden])", timeout=SOON)
-    found.fill("#token", TOKEN)
+    for token in ("another", TOKEN):
+        found.fill("#token", token)
+        found.press("#token", "Enter")
+        found.wait_for_timeout(200)
+        found.evaluate("document.getElementById('login').hidden = false")
     found.press("#token", "Enter")
     found.wait_for_selector("#records button", timeout=SOON)
     found.wait_for_timeout(2500)
     assert found.evaluate("document.getElementById('login').hidden")
     found.close()
+
+
+def test_arrow_keys_walk_the_list_after_a_click(page: Any) -> None:
+    page.locator("#records button").nth(2).click()
+    until(page, "document.body.dataset.ready.length === 64")
+    walked = "[...document.querySelectorAll('#records button')].indexOf(document.activeElement)"
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("ArrowDown")
+    assert page.evaluate(walked) == 4
+    page.keyboard.press("Enter")
+    until(page, "document.querySelectorAll('#records button')[4].getAttribute('aria-current') === 'true'")
+    page.wait_for_selector("#tree", timeout=SOON, state="attached")
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate(walked) == 3
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("document.activeElement.id") == "record"
+
+
+def test_dark(page: Any) -> None:
+    """Texts on their grounds keep a contrast of 4.5 in both schemes."""
+    page.click("#records button:has-text('trajectory')")
+    page.wait_for_selector("svg[aria-label='contact forces'] path", timeout=SOON)
+    contrast = """() => {
+      const light = (colour) => {
+        const linear = (c) => (c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+        const [r, g, b] = colour.match(/[\\d.]+/g).map((c) => linear(c / 255));
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+      };
+      const ratio = (one, other) => (Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05);
+      const ground = light(getComputedStyle(document.body).backgroundColor);
+      const curve = document.querySelector("svg.chart path[stroke-width='1.3']");
+      const colours = [getComputedStyle(curve).stroke, ...["h2", ".faint", "label", "svg text"].map((name) => {
+        const style = getComputedStyle(document.querySelector(name));
+        return name === "svg text" ? style.fill : style.color;
+      })];
+      return [ground, Math.min(...colours.map((colour) => ratio(light(colour), ground)))];
+    }"""
+    page.emulate_media(color_scheme="light")
+    bright, least = page.evaluate(contrast)
+    assert bright > 0.9
+    assert least > 4.5
+    page.emulate_media(color_scheme="dark")
+    dark, least = page.evaluate(contrast)
+    assert dark < 0.05
+    assert least > 4.5
 
 
 def test_by_keyboard_alone(page: Any) -> None:

@@ -90,7 +90,7 @@ def force(found: Any, name: str) -> float:
 
 def test_a_run_that_ends_within_an_impact_gets_a_note(tmp_path: Path) -> None:
     """The impact of the rod takes 2 L/c = 0.39 ms, after a gap."""
-    few = FEW | {"run.integrator": "implicit"}
+    few = FEW | {"run.integrator": "small"}
     assert f"contact.wall {CLOSED}" in notes("rod-wall", tmp_path / "short", **few, **{"run.duration": 3e-4})
     assert CLOSED not in notes("rod-wall", tmp_path / "whole", **few)
 
@@ -110,7 +110,7 @@ def test_contacts_that_rest_or_are_driven_get_none(tmp_path: Path) -> None:
 
 
 def test_a_window_below_the_step_gets_a_note(tmp_path: Path) -> None:
-    given = FEW | {"run.integrator": "implicit", "run.step": 5e-7}
+    given = FEW | {"run.integrator": "small", "run.step": 5e-7}
     words = "is below the step, 5e-07 s, over which forces are known as means; set run.window longer, or run.step"
     assert words in notes("rod-wall", tmp_path / "short", **given, **{"run.window": 1e-7})
     assert words not in notes("rod-wall", tmp_path / "long", **given, **{"run.window": 1e-5})
@@ -154,7 +154,7 @@ def test_a_window_of_round_off_is_refused(tmp_path: Path) -> None:
 
 def test_an_impact_near_the_wave_speed_gets_a_note(tmp_path: Path) -> None:
     """Bars of steel: c = 5172 m/s. The limit of the deformation ends such a run unless it is raised."""
-    given = FEW | {"run.integrator": "implicit", "run.duration": 6e-4, "run.limits.angle": 10.0}
+    given = FEW | {"run.integrator": "small", "run.duration": 6e-4, "run.limits.angle": 10.0}
     words = "times the wave speed of component.rod,"
     found = notes("rod-wall", tmp_path / "fast", **given, **{"body.rod.velocity": [800.0, 0.0, 0.0]})
     assert words in found

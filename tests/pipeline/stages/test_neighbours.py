@@ -140,7 +140,7 @@ def test_impacts_of_no_duration_whose_times_converge_are_accurate(tmp_path: Path
     scene = Path(examples.__file__).parent / "two-mass" / "scene.toml"
     exact, found = (
         gudgeon.run(scene, set={"run.integrator": name}, until="solve", db=tmp_path / "db", out=tmp_path / name)
-        for name in ("event", "implicit")
+        for name in ("event", "small")
     )
     assert found.result == "FINISHED"
     assert found.quantities["pair.impacts"]["value"] == exact.quantities["pair.impacts"]["value"] == 7

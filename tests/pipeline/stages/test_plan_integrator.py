@@ -9,10 +9,10 @@ from tests.scenes import scene_path
 @pytest.mark.parametrize(
     ("scene", "changes", "line"),
     [
-        ("two-blocks", [], "integrator implicit"),
-        ("rigid", [], "integrator event; implicit with more than 8 contact points, all over flexibility"),
+        ("two-blocks", [], "integrator small"),
+        ("rigid", [], "integrator event; small with more than 8 contact points, all over flexibility"),
         ("rigid", ["run.integrator=event"], "integrator event"),
-        ("hertz", [], "integrator implicit"),
+        ("hertz", [], "integrator small"),
     ],
 )
 def test_the_size_of_contacts_may_select_another_integrator(

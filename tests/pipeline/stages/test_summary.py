@@ -65,9 +65,9 @@ def test_references_come_first_and_round_off_is_not_printed(tmp_path: Path) -> N
     [
         ({"energy_drift": 9.9e-4}, {}, None),
         ({"energy_drift": 1.1e-3, "result": "ENERGY"}, {}, None),
-        ({"energy_drift": 1.1e-3}, {}, "an error of 0.11% of the energy exchanged (integrator 'implicit');"
+        ({"energy_drift": 1.1e-3}, {}, "an error of 0.11% of the energy exchanged (integrator 'small');"
          " reduce run.accuracy"),
-        ({"energy_drift": 0.04}, {"step": 1e-6}, "4.00% of the energy exchanged (integrator 'implicit');"
+        ({"energy_drift": 0.04}, {"step": 1e-6}, "4.00% of the energy exchanged (integrator 'small');"
          " reduce run.step"),
         ({"energy_drift": 0.04}, {"checks": False}, "set run.checks = true"),
     ],
@@ -75,7 +75,7 @@ def test_references_come_first_and_round_off_is_not_printed(tmp_path: Path) -> N
 def test_an_energy_drift_above_a_thousandth_is_said(
     changes: dict[str, Any], run: dict[str, Any], said: str | None
 ) -> None:
-    summary = {"energy_drift": 0.0, "result": "FINISHED", "counts": {"integrator": "implicit"}} | changes
+    summary = {"energy_drift": 0.0, "result": "FINISHED", "counts": {"integrator": "small"}} | changes
     scene = SimpleNamespace(run=SimpleNamespace(**{"step": None, "checks": True} | run))
     facts: Any = SimpleNamespace(scene=scene, summary=summary, finished=summary["result"] == "FINISHED")
     notes = [*energy(facts)]

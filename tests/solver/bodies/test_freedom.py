@@ -43,7 +43,7 @@ def scene(freedom: tuple[str, ...], integrator: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("freedom", FREEDOMS)
 def test_motions_are_mass_normalised_and_hold_the_energy(tmp_path: Path, freedom: tuple[str, ...]) -> None:
-    system = build(tmp_path, records(), scene(freedom, "implicit"))
+    system = build(tmp_path, records(), scene(freedom, "small"))
     body = system.bodies["part"]
     mass = linalg.block_diag(MASS * np.eye(3), INERTIA)
     np.testing.assert_allclose(body.twists @ mass @ body.twists.T, np.eye(len(freedom)), atol=1e-13)
@@ -55,7 +55,7 @@ def test_motions_are_mass_normalised_and_hold_the_energy(tmp_path: Path, freedom
 
 @pytest.mark.parametrize("freedom", FREEDOMS[1:])
 def test_suppressed_motions_never_appear(tmp_path: Path, freedom: tuple[str, ...]) -> None:
-    system = build(tmp_path, records(), scene(freedom, "implicit"))
+    system = build(tmp_path, records(), scene(freedom, "small"))
     run, body = simulate(system), system.bodies["part"]
     assert run.quantities["wall.impulse"]["value"] > 0.3
     assert run.momentum_residual < 1e-11
@@ -69,7 +69,7 @@ def test_suppressed_motions_never_appear(tmp_path: Path, freedom: tuple[str, ...
 
 def test_turn_about_one_free_axis_takes_its_own_inertia(tmp_path: Path) -> None:
     """Held about the other axes, a body answers by I_yy, not by 1 / (I⁻¹)_yy."""
-    run = simulate(build(tmp_path, records(), scene(("x", "z", "ry"), "implicit")))
+    run = simulate(build(tmp_path, records(), scene(("x", "z", "ry"), "small")))
     motion = run.motion["part"][-1]
     assert abs(motion[10] - ROTATION[1]) > 1.0
     rigid = 0.5 * MASS * (motion[6] ** 2 + motion[8] ** 2) + 0.5 * INERTIA[1, 1] * motion[10] ** 2
@@ -77,7 +77,7 @@ def test_turn_about_one_free_axis_takes_its_own_inertia(tmp_path: Path) -> None:
 
 
 def test_no_freedom_holds_a_body(tmp_path: Path) -> None:
-    held = scene((), "implicit")
+    held = scene((), "small")
     held["run"]["gravity"] = [50.0, 0.0, 0.0]
     system = build(tmp_path, records(), held)
     run = simulate(system)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gudgeon.solver.contact.blocks import Blocks, full, summed
-from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.ports.members import ports_of
 from gudgeon.solver.ports.pairs import coupled_ports
 from gudgeon.solver.system.system import System
@@ -88,7 +88,7 @@ def test_a_diagonal_is_added_and_told_apart() -> None:
 
 def loop_of(system: System) -> object:
     """Return the arrays of a run without the triangle of its factor, of which memory is used where it is not zero."""
-    arrays = General(system, 2e-7).arrays
+    arrays = Small(system, 2e-7).arrays
     active = arrays.problem.active._replace(factor=np.zeros(0))
     return arrays._replace(problem=arrays.problem._replace(active=active))
 

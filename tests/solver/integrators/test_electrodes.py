@@ -83,7 +83,7 @@ def pulled(folder: Path, volts: float, **more: Any) -> Trajectory:
             "normal": [0.0, 0.0, 1.0], "potential": volts} | more.pop("pull", {})  # fmt: skip
     omega = 4.73004**2 * np.sqrt(BENDING / (LINEAR * LENGTH**4))
     body = {"damping": {"ratio": 0.9, "frequency": omega / (2 * np.pi)}} if more.pop("damped", True) else {}
-    run = {"duration": 40 * 2 * np.pi / omega, "samples": 100, "frames": 20, "integrator": "implicit"} | more
+    run = {"duration": 40 * 2 * np.pi / omega, "samples": 100, "frames": 20, "integrator": "small"} | more
     return simulate(build_all(folder, {"beam": beam()}, {"body": {"beam": body}, "force": {"pull": pull}, "run": run}))
 
 
@@ -111,7 +111,7 @@ def test_a_surface_must_face_the_plane(tmp_path: Path) -> None:
         pulled(tmp_path / "b", 1.0, pull={"point": [0.0, 0.0, 1e-6]})
 
 
-@pytest.mark.parametrize("integrator", ["implicit", "mechanism"])
+@pytest.mark.parametrize("integrator", ["small", "turning"])
 def test_adhesion_holds_up_to_its_pull_off(integrator: str, tmp_path: Path) -> None:
     """A sphere that a contact's law carries is lifted: below 2 π w R it stays, above it flies."""
     w, R, reach = 0.05, 1e-6, 1e-9
@@ -126,10 +126,10 @@ def test_adhesion_holds_up_to_its_pull_off(integrator: str, tmp_path: Path) -> N
                 [0, 0, 1]}, "law": {"kind": "hunt-crossley", "stiffness": 1e5, "exponent": 1.5, "restitution": 0.05},
                 "method": "penalty"}  # fmt: skip
         record = rigid_records(1e-14, {"foot": ([0, 0, -R], [0, 0, -1])}, (4e-27, 4e-27, 4e-27))
-        scene = {"body": {"part": {"freedom": ["z"]} if integrator == "implicit" else {}},
+        scene = {"body": {"part": {"freedom": ["z"]} if integrator == "small" else {}},
                  "force": {"adhere": adhere, "lift": lift, "calm": calm}, "contact": {"seat": seat},
                  "run": {"duration": 2e-5, "integrator": integrator, "samples": 100, "frames": 20}
-                 | ({"step": 1e-9} if integrator == "implicit" else {})}  # fmt: skip
+                 | ({"step": 1e-9} if integrator == "small" else {})}  # fmt: skip
         found = simulate(build_all(tmp_path / f"{share}", {"part": record}, scene))
         assert found.result == "FINISHED", found.counts.get("reason")
         assert bool(found.motion["part"][-1, 2] > 10 * reach) is (share > 1)

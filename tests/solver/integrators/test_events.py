@@ -377,7 +377,7 @@ def test_coupled_points_keep_the_energy(points: int, tmp_path: Path) -> None:
 def test_steps_converge_to_located_events(tmp_path: Path) -> None:
     """Three points on R; steps of 4e-9 s leave an error of second order."""
     ends = []
-    chosen_steps: dict[str, float | None] = {"event": None, "implicit": 4e-9}
+    chosen_steps: dict[str, float | None] = {"event": None, "small": 4e-9}
     for chosen, step in chosen_steps.items():
         plan: dict[str, Any] = {"duration": 1e-4, "integrator": chosen, "step": step, "samples": 100, "frames": 10}
         scene = block_scene(method="residual") | {"run": plan}
@@ -610,11 +610,11 @@ def test_dashpots_on_coupled_points_are_refused(tmp_path: Path) -> None:
 BOUNCE = {"method": "impact", "restitution": 0.5}
 CHOICES: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     (BOUNCE, {"integrator": "collocation"},
-     "'collocation' given, an integrator of before; use 'implicit' or 'auto'"),
+     "'collocation' given, a former integrator; use 'small' or 'auto'"),
     (BOUNCE, {"integrator": "event", "step": 1e-6},
      "run.step: integrator 'event' has no step, since its motion is exact; remove run.step"),
     ({"law": {"kind": "hertz", "stiffness": 1e9}}, {"integrator": "event"},
-     "'event' does not support the law of contact.wall; use 'auto' or 'implicit'"),
+     "'event' does not support the law of contact.wall; use 'auto' or 'small'"),
 ]  # fmt: skip
 
 
@@ -632,9 +632,9 @@ def test_integrators_say_what_they_cannot_carry(contact: dict[str, Any], setting
         (BOUNCE, {}, "event"),
         ({"method": "constraint"}, {"gravity": [0, 0, -9.81]}, "event"),
         ({"method": "penalty", "law": {"kind": "linear", "stiffness": 1e6}}, {}, "event"),
-        ({"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}}, {}, "implicit"),
-        ({"dashpot": "wave-guide"}, {}, "implicit"),
-        ({}, {}, "implicit"),
+        ({"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}}, {}, "small"),
+        ({"dashpot": "wave-guide"}, {}, "small"),
+        ({}, {}, "small"),
     ],
 )
 def test_integrator_is_chosen_by_what_the_contact_is(

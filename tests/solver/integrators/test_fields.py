@@ -23,7 +23,7 @@ INERTIA = (1e-18, 1.5e-18, 2e-18)
 PERIOD = 2 * np.pi * np.sqrt(MASS / K)
 STATIC = np.sqrt(8 * K * GAP**3 / (27 * VACUUM * AREA))
 DYNAMIC = np.sqrt(K * GAP**3 / (4 * VACUUM * AREA))
-BOTH = pytest.mark.parametrize("integrator", ["implicit", "mechanism"])
+BOTH = pytest.mark.parametrize("integrator", ["small", "turning"])
 Table = dict[str, Any]
 
 
@@ -95,7 +95,7 @@ def test_no_voltage_is_no_force(integrator: str, tmp_path: Path) -> None:
     found = solved(tmp_path / "a", force, run, bodies=body, probe={"pull": {"kind": "force", "of": "force.pull"}})
     assert np.abs(found.probes["pull"].values).max() == 0.0
     free = solved(tmp_path / "b", {"hold": spring()}, run, bodies=body)
-    if integrator == "mechanism":
+    if integrator == "turning":
         np.testing.assert_array_equal(found.motion["part"], free.motion["part"])
 
 
@@ -163,7 +163,7 @@ def test_two_bodies_in_a_field_of_six_motions_keep_energy_and_momentum(tmp_path:
     }
     pull = {"kind": "electrostatic", "body": "part", "against": "mate", "record": key, "at": [1e-6, 0.0, 2e-6],
             "turn": [20.0, 30.0, -40.0]}  # fmt: skip
-    run = {"duration": 1.4e-4, "integrator": "mechanism", "accuracy": 1e-9}
+    run = {"duration": 1.4e-4, "integrator": "turning", "accuracy": 1e-9}
     found = solved(tmp_path, {"pull": pull}, run, bodies=bodies, store=store)
     assert found.result == "FINISHED", found.counts.get("reason")
     assert found.momentum_residual < 1e-11
@@ -250,7 +250,7 @@ def test_gaps_of_nanometres_and_metres_are_alike(tmp_path: Path) -> None:
         volts = 0.9 * np.sqrt(K * gap**3 / (4 * VACUUM * area))
         pull = plates(gap=gap, area=area, potential=volts)
         found = solved(tmp_path / f"{scale}", {"hold": spring(), "pull": pull},
-                       {"duration": 2 * PERIOD, "integrator": "implicit"})  # fmt: skip
+                       {"duration": 2 * PERIOD, "integrator": "small"})  # fmt: skip
         reached.append(found.motion["part"][:, 2] / gap)
     np.testing.assert_allclose(reached[0], reached[1], atol=1e-6)
     np.testing.assert_allclose(reached[2], reached[1], atol=1e-6)
@@ -259,6 +259,6 @@ def test_gaps_of_nanometres_and_metres_are_alike(tmp_path: Path) -> None:
 def test_a_field_alone_makes_no_mechanism_of_a_scene() -> None:
     """`auto` takes small rotations, unless a joint of two markers or a spin asks for more."""
     scene: Table = {"body": {"part": {}}, "force": {"pull": plates(potential=1.0)}, "run": {"duration": 1e-6}}
-    assert Scene.model_validate(scene).integrator == "implicit"
+    assert Scene.model_validate(scene).integrator == "small"
     turning = scene | {"body": {"part": {"angular_velocity": [0.0, 0.0, 1e6]}}}
-    assert Scene.model_validate(turning).integrator == "mechanism"
+    assert Scene.model_validate(turning).integrator == "turning"

@@ -116,7 +116,7 @@ def solved(folder: Path, samples: int, **run: Any) -> Trajectory:
 
 
 def test_quantities_do_not_depend_on_samples(tmp_path: Path) -> None:
-    given = {"integrator": "implicit", "step": 2e-8}
+    given = {"integrator": "small", "step": 2e-8}
     coarse, fine = (solved(tmp_path / str(n), n, **given) for n in (50, 4000))
     assert coarse.counts["steps"] == fine.counts["steps"]
     same(coarse, fine)
@@ -146,9 +146,9 @@ def same(one: Trajectory, other: Trajectory, rtol: float = 1e-12) -> None:
 
 def test_every_integrator_gives_the_same_quantities(tmp_path: Path) -> None:
     law, found = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}, {}
-    for name in ("event", "implicit"):
+    for name in ("event", "small"):
         scene = rod_scene(6e-4, **(law if name == "event" else {}))
-        if name == "implicit":
+        if name == "small":
             scene["contact"]["wall"] |= {"method": "penalty", "surface_stiffness": 2e8 / 1e-4}
         scene["run"] |= {"integrator": name, "frames": 10}
         found[name] = simulate(build(tmp_path / name, rod_records(8), scene)).quantities
@@ -160,11 +160,11 @@ def test_every_integrator_gives_the_same_quantities(tmp_path: Path) -> None:
             assert quantities[f"wall.{key}"]["value"] == pytest.approx(value, rel=5e-3), (name, key)
 
 
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_impacts_begin_within_a_step_where_the_flight_ends(tmp_path: Path, integrator: str) -> None:
     gap, speed, step = 1.03742e-5, 0.7, 1e-7
     law = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
-    if integrator == "implicit":
+    if integrator == "small":
         law = {"method": "penalty", "surface_stiffness": 2e8 / 1e-4}
     scene = rod_scene(5e-5, **law)
     scene["body"]["part"] |= {"position": [-gap, 0.0, 0.0], "velocity": [speed, 0.0, 0.0]}
@@ -178,7 +178,7 @@ def test_impacts_begin_within_a_step_where_the_flight_ends(tmp_path: Path, integ
 
 def test_default_windows_of_all_loops_follow_the_impact(tmp_path: Path) -> None:
     """A rod of two modes, whose periods are longer than a tenth of the impact: 2 L/c."""
-    for name in ("event", "implicit"):
+    for name in ("event", "small"):
         scene = rod_scene(6e-4)
         scene["run"] |= {"integrator": name, "frames": 10}
         system = build(tmp_path / name, rod_records(2), scene)
@@ -198,7 +198,7 @@ def test_default_windows_of_all_loops_follow_the_impact(tmp_path: Path) -> None:
 
 
 def test_windowed_force_is_that_of_the_history(tmp_path: Path) -> None:
-    found = solved(tmp_path, 40_000, integrator="implicit", step=1e-8)
+    found = solved(tmp_path, 40_000, integrator="small", step=1e-8)
     times, force = np.concatenate([[0.0], found.times]), found.contacts["wall"].force
     window = found.quantities["wall.force_window"]["value"]
     expected = impacts_in(times, force, window, window)
@@ -210,7 +210,7 @@ def struck_twice(folder: Path, **run: Any) -> Trajectory:
     """Let a block of three points turn so fast that a second point strikes 70 µs after the first has parted."""
     scene = block_scene(6e-4)
     scene["body"]["part"]["angular_velocity"] = [0.0, 30.0, 20.0]
-    scene["run"] |= {"integrator": "implicit", "step": 2e-8, "frames": 2, "samples": 10} | run
+    scene["run"] |= {"integrator": "small", "step": 2e-8, "frames": 2, "samples": 10} | run
     return simulate(build(folder, block_records(3, seed=2), scene))
 
 

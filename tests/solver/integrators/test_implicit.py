@@ -50,7 +50,7 @@ def test_converges_to_the_answer_of_events_with_order_two(name: str, tmp_path: P
     steps, runs = largest * 2.0 ** -np.arange(0, 3.5, 0.7), []
     errors, drifts = [], []
     for step in steps:
-        runs = [run_with(system, "implicit", step * factor / NEARBY[-1]) for factor in NEARBY]
+        runs = [run_with(system, "small", step * factor / NEARBY[-1]) for factor in NEARBY]
         errors.append(np.sqrt(np.mean([(value(run, "impulse") / value(exact, "impulse") - 1) ** 2 for run in runs])))
         drifts.append(np.sqrt(np.mean([run.energy_drift**2 for run in runs])))
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(2.0, abs=ORDER)
@@ -67,7 +67,7 @@ def test_converges_to_the_answer_of_events_with_order_two(name: str, tmp_path: P
 def test_balances_of_a_coupled_impact(tmp_path: Path, settings: dict[str, Any], damping: dict[str, float]) -> None:
     scene = block_scene(**settings)
     scene["body"]["part"]["damping"] = damping
-    run = run_with(build(tmp_path, block_records(12), scene), "implicit", 2e-7)
+    run = run_with(build(tmp_path, block_records(12), scene), "small", 2e-7)
     assert value(run, "impulse") > 1.0
     # A damped point meets the wall with a jump of its force, which the layer alone makes smooth.
     assert run.energy_drift < (1e-3 if damping is None or settings else 5e-3)
@@ -102,18 +102,18 @@ def test_gaps_close_where_the_motion_ends(tmp_path: Path, settings: dict[str, An
 def test_a_given_step_is_obeyed_however_large(tmp_path: Path) -> None:
     system = build(tmp_path, block_records(5), block_scene())
     large = 30 / system.critical_frequency()
-    run = run_with(system, "implicit", large)
+    run = run_with(system, "small", large)
     assert run.counts["substeps"] == 1
     # Whole frames end with the run: the step is that much shorter, and no shorter.
     assert 0.9 * large < run.counts["step"] <= large
-    assert run_with(system, "implicit", 10 * large).counts["substeps"] == 8
+    assert run_with(system, "small", 10 * large).counts["substeps"] == 8
 
 
 def test_step_by_itself(tmp_path: Path) -> None:
     for name, damping, factor in (("alone", None, 0.4), ("damped", SHOCK, 4.0)):
         scene = block_scene(duration=4e-3)
         scene["body"]["part"]["damping"] = damping
-        scene["run"] |= {"integrator": "implicit", "frames": 4, "checks": False}
+        scene["run"] |= {"integrator": "small", "frames": 4, "checks": False}
         run = simulate(build(tmp_path / name, block_records(5), scene))
         assert 0.9 * factor < run.counts["step"] * run.counts["critical_frequency"] <= factor * (1 + 1e-12)
     assert run.times[-1] == pytest.approx(scene["run"]["duration"], rel=1e-12)
@@ -125,7 +125,7 @@ def test_a_mode_decays_as_its_damping_says(tmp_path: Path) -> None:
     system = build(tmp_path, block_records(4), scene)
     mode = 6  # the first elastic one
     beta, omega = 0.1 / (np.pi * 5000.0), np.sqrt(system.stiffness[mode])
-    run = run_with(replace(system, velocity=np.eye(14)[mode]), "implicit", 7e-6)
+    run = run_with(replace(system, velocity=np.eye(14)[mode]), "small", 7e-6)
     t, turn = run.frame_times, omega * np.sqrt(1 - (0.5 * beta * omega) ** 2)
     decay = np.exp(-0.5 * beta * omega**2 * t)
     assert decay[-1] < 0.6
@@ -153,7 +153,7 @@ def test_residual_flexibility_is_a_kelvin_voigt_element(tmp_path: Path) -> None:
     exact = solve_ivp(lambda _, y: [y[1], -force(y) / mass], (0, 1e-3), [0.0, 1.0], events=ends, rtol=1e-10, atol=1e-14)
     restitution = -exact.y[1, -1]
     assert 0.2 < restitution < 0.95
-    run = run_with(system, "implicit", 1e-7)
+    run = run_with(system, "small", 1e-7)
     # The force starts with a jump somewhere in a step: order one.
     assert value(run, "restitution") == pytest.approx(restitution, rel=5e-3)
     # What is left in the element after the force ends is lost in its own time.

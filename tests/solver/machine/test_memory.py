@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from gudgeon.solver.errors import SceneError
-from gudgeon.solver.integrators.general import integrator
-from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.small import integrator
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.machine import memory
 from tests.solver.port_systems import chain, pair
 
@@ -43,10 +43,10 @@ def test_a_run_beyond_the_memory_is_refused(tmp_path: Path, monkeypatch: pytest.
         for spare, refused in ((0.99, True), (1.01, False)):
             monkeypatch.setattr(integrator, "total_memory", lambda size=8 * needed / 0.8 * spare: size)
             if not refused:
-                General(system, 2e-7)
+                Small(system, 2e-7)
                 continue
             with pytest.raises(SceneError, match=r"1 contacts have 12 points, .* about \S+ GB, .* has \S+ GB") as error:
-                General(system, 2e-7)
+                Small(system, 2e-7)
             assert "\n" not in str(error.value)
 
 
@@ -54,4 +54,4 @@ def test_bodies_that_are_apart_need_no_more_than_their_pairs(tmp_path: Path, mon
     """30 contacts of a chain in tables of neighbours."""
     system = chain(tmp_path, 31, 5)
     monkeypatch.setattr(integrator, "total_memory", lambda: 8 * (10 * (3 * 30 - 2) + 0.5 * 30**2) / 0.8 + 1)
-    General(system, 2e-7)
+    Small(system, 2e-7)

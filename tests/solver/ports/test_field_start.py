@@ -22,7 +22,7 @@ AREA = WIDTH * LENGTH / POINTS
 def electrode(folder: Path, volts: float, **run: Any) -> System:
     pull = {"kind": "electrostatic-pressure", "body": "beam", "interface": "face", "point": [0.0, 0.0, -GAP],
             "normal": [0.0, 0.0, 1.0], "potential": volts}  # fmt: skip
-    run = {"duration": 1e-6, "samples": 20, "frames": 5, "integrator": "implicit", "checks": False} | run
+    run = {"duration": 1e-6, "samples": 20, "frames": 5, "integrator": "small", "checks": False} | run
     return build_all(folder, {"beam": beam()}, {"body": {"beam": {}}, "force": {"pull": pull}, "run": run})
 
 

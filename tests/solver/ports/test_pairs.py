@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gudgeon.solver import core
-from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.ports import table as ports_table
 from gudgeon.solver.ports.pairs import Pairs, coupled_ports
 from gudgeon.solver.system.system import System
@@ -63,7 +63,7 @@ def test_all_ports_couple_where_asked() -> None:
 
 def states(system: System, steps: int) -> np.ndarray:
     """Return coordinates, speeds and contact forces after some steps, each over its largest."""
-    run = General(system, 2e-7)
+    run = Small(system, 2e-7)
     assert run.advance_bare(0, steps, np.zeros(0))
     state = run.arrays.state
     assert np.count_nonzero(state.unknown) > 2
@@ -74,13 +74,13 @@ def states(system: System, steps: int) -> np.ndarray:
 def test_a_chain_moves_as_with_full_tables(damping: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where the residual flexibility is damped; the room that it takes grows with the bodies."""
     system = chain(tmp_path, 12, 10, damping=damping)
-    assert General(system, 2e-7).ports.pairs.size == 3 * 11 - 2
+    assert Small(system, 2e-7).ports.pairs.size == 3 * 11 - 2
     found = states(system, 400)
     monkeypatch.setattr(ports_table, "coupled_ports", lambda sides, **_: coupled_ports(sides, all_couple=True))
     system = chain(tmp_path / "full", 12, 10, damping=damping)  # Ports are kept with a system.
-    assert General(system, 2e-7).ports.pairs.size == 11**2
+    assert Small(system, 2e-7).ports.pairs.size == 11**2
     np.testing.assert_allclose(found, states(system, 400), rtol=0, atol=1e-10)
 
 
 def test_two_bodies_hold_all(tmp_path: Path) -> None:
-    assert General(pair(tmp_path, 12, 5), 2e-7).ports.pairs.size == 12**2
+    assert Small(pair(tmp_path, 12, 5), 2e-7).ports.pairs.size == 12**2

@@ -48,7 +48,7 @@ def sloped(
         "body": {"part": {}},
         "contact": {"wall": {"body": "part", "interface": "face", "against": wall,
                              "friction": {"static": MU, "kinetic": kinetic}} | contact},
-        "run": {"integrator": "implicit", "gravity": [WEIGHT, *pull.tolist()], "duration": 1e-3, "checks": False},
+        "run": {"integrator": "small", "gravity": [WEIGHT, *pull.tolist()], "duration": 1e-3, "checks": False},
     } | scene)  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def test_what_moves_or_falls_starts_as_placed(change: dict[str, Any], tmp_path: 
 
 
 def test_undeformed_starts_without_forces(tmp_path: Path) -> None:
-    run = {"integrator": "implicit", "gravity": [WEIGHT, 0, 0], "duration": 1e-3, "start": "undeformed"}
+    run = {"integrator": "small", "gravity": [WEIGHT, 0, 0], "duration": 1e-3, "start": "undeformed"}
     assert not at_rest(sloped(tmp_path, 0.5, {}, run=run)).start_forces.any()
 
 
@@ -153,7 +153,7 @@ def supported(folder: Path, **scene: Any) -> System:
                "against": {"shape": "plane", "point": [0.05 + 1e-9, 0, 0], "normal": [-1, 0, 0]}}  # fmt: skip
     return build(folder, (with_tangential_rows(modal, "face"), morph), {
         "body": {"part": {}}, "contact": {"wall": contact},
-        "run": {"integrator": "implicit", "gravity": [200.0, 50.0, 0], "duration": 1e-3, "checks": False},
+        "run": {"integrator": "small", "gravity": [200.0, 50.0, 0], "duration": 1e-3, "checks": False},
     } | scene)  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gudgeon.solver.integrators.general.integrator import General
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.ports.members import contact_ports, ports_of, start_unknowns, with_surfaces
 from gudgeon.solver.ports.rest import at_rest
 from gudgeon.solver.simulation import Steps
@@ -35,7 +35,7 @@ def rests(folder: Path, slope: float, *, blocks: int = 1, **part: Any) -> System
     plate, design = plate_records(begin=-0.05, length=0.1 + APART * (blocks - 1))
     records = {"part": (with_tangential_rows(modal, "face"), morph),
                "plate": (with_tractions_across(plate, "top"), design)}  # fmt: skip
-    scene = pair_scene(0.0, gravity=[PULL, slope * MU * PULL, 0.0], integrator="implicit", checks=False)
+    scene = pair_scene(0.0, gravity=[PULL, slope * MU * PULL, 0.0], integrator="small", checks=False)
     scene["contact"]["slide"] |= {"friction": {"static": MU}, "surface_stiffness": 1e12}
     scene["body"]["part"] = {"position": [-0.05, 0.0, 0.0]} | part
     for number in range(1, blocks):
@@ -97,7 +97,7 @@ def test_a_held_body_that_its_loads_press_into_a_surface_starts_and_stays_at_res
     plate, design = plate_records(begin=-0.05, length=0.1)
     records = {"part": (with_tangential_rows(modal, "face"), morph),
                "plate": (with_tractions_across(plate, "top"), design)}  # fmt: skip
-    scene = pair_scene(0.0, gravity=[200.0, 20.0, 0.0], integrator="implicit", checks=False, duration=1e-4)
+    scene = pair_scene(0.0, gravity=[200.0, 20.0, 0.0], integrator="small", checks=False, duration=1e-4)
     scene["contact"]["slide"] |= {"surface_stiffness": 1e12} | ({"friction": {"static": friction}} if friction else {})
     scene["body"]["part"] = {"position": [-0.05, 0.0, 0.0]}
     system = build_all(tmp_path, records, scene)
@@ -105,7 +105,7 @@ def test_a_held_body_that_its_loads_press_into_a_surface_starts_and_stays_at_res
     resting = at_rest(system)
     assert resting.start_forces.any()
     assert not resting.overlaps.any()
-    found = march(resting, 1e-6, 20, General)
+    found = march(resting, 1e-6, 20, Small)
     assert found.energies[:, 0].max() < 1e-9 * (found.energies[0, 1] + found.energies[0, 2])
     pressed = resting.start_forces @ resting.directions
     np.testing.assert_allclose(found.forces[:, 0, 0], pressed[0], rtol=1e-9)

@@ -29,7 +29,7 @@ def thrown(folder: Path, friction: float, **run: Any) -> System:
         "contact": {
             "wall": {"body": "part", "interface": "face", "against": wall, "friction": {"static": friction}}
         },
-        "run": {"duration": 1e-5, "integrator": "implicit", "checks": False} | run,
+        "run": {"duration": 1e-5, "integrator": "small", "checks": False} | run,
     }  # fmt: skip
     return build(folder, (with_tangential_rows(modal, "face"), morph), scene)
 

@@ -36,7 +36,7 @@ def test_steps_read_what_located_events_do(tmp_path: Path) -> None:
     exact = solved(tmp_path / "event", "event")
     largest, errors = np.abs(exact.gauges["part.g"]).max(), []
     for step in (1e-6, 1e-7):
-        ours = solved(tmp_path / f"{step}", "implicit", step=step)
+        ours = solved(tmp_path / f"{step}", "small", step=step)
         assert ours.gauges["part.g"].shape == (len(ours.times), 6)
         inner = slice(5, -5)
         read = np.column_stack([np.interp(exact.times, ours.times, column) for column in ours.gauges["part.g"].T])
@@ -46,12 +46,12 @@ def test_steps_read_what_located_events_do(tmp_path: Path) -> None:
 
 
 def test_reading_changes_nothing(tmp_path: Path) -> None:
-    with_gauge, without = solved(tmp_path / "a", "implicit"), solved(tmp_path / "b", "implicit", gauge=False)
+    with_gauge, without = solved(tmp_path / "a", "small"), solved(tmp_path / "b", "small", gauge=False)
     np.testing.assert_allclose(with_gauge.frames, without.frames, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(with_gauge.contacts["wall"].force, without.contacts["wall"].force, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize("integrator", ["implicit", "event"])
+@pytest.mark.parametrize("integrator", ["small", "event"])
 def test_peak_of_the_equivalent_stress(tmp_path: Path, integrator: str) -> None:
     found = solved(tmp_path, integrator)
     xx, yy, zz, xy, yz, zx = found.gauges["part.g"].T
@@ -107,7 +107,7 @@ gravity = [0.0, 0.0, -9.81]
 
 
 @pytest.mark.parametrize("step", ["unset", 1e-5])
-@pytest.mark.parametrize("integrator", ["auto", "event", "implicit"])
+@pytest.mark.parametrize("integrator", ["auto", "event", "small"])
 def test_gravity_gauges_and_a_given_step_run_or_are_refused_in_one_line(
     integrator: str, step: str | float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -119,7 +119,7 @@ def test_gravity_gauges_and_a_given_step_run_or_are_refused_in_one_line(
     if code == 2:
         assert len([line for line in said.err.splitlines() if "gudgeon:" in line]) == 1
         assert "run." in said.err
-        assert integrator not in ("auto", "implicit")
+        assert integrator not in ("auto", "small")
         return
     assert code == 0
     assert "Traceback" not in said.err

@@ -28,7 +28,7 @@ AT = {"face": ([0.1, 0.0, 0.0], [1.0, 0.0, 0.0])}
 RUN = {"samples": 200, "frames": 50, "checks": False}
 
 
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_points_of_a_rigid_body_on_a_spring(integrator: str, tmp_path: Path) -> None:
     """x = v/ω sin ωt, and a steady rotation: every integrator that reads probes records the same."""
     mass, k, speed, spin = 0.5, 200.0, 0.3, 0.01
@@ -66,7 +66,7 @@ def test_tip_of_a_rod_in_contact_is_where_its_contact_has_it(tmp_path: Path) -> 
     """The displacement of a contact point has the part of the residual flexibility, as the contact's path has it."""
     probe = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
              "press": {"kind": "force", "of": "contact.wall"}}  # fmt: skip
-    for integrator in ("event", "implicit"):
+    for integrator in ("event", "small"):
         scene = rod_scene() | {"probe": probe}
         scene["run"] = scene["run"] | RUN | {"integrator": integrator}
         found = simulate(build(tmp_path, rod_records(20), scene))
@@ -91,7 +91,7 @@ def test_spring_on_a_mean_interface_moves_it_by_its_residual_flexibility_too(tmp
         "run": RUN | {"duration": 2e-4, "step": 1e-6},
     }  # fmt: skip
     found = simulate(build(tmp_path, piston_records(6), scene))
-    assert found.counts["integrator"] == "implicit"
+    assert found.counts["integrator"] == "small"
     pulled, moved = found.probes["pull"].values[:, 0], found.probes["pin"].values
     assert moved[:, 2] == pytest.approx(pulled / 3e7, rel=1e-9, abs=1e-9 * np.abs(moved).max())
 
@@ -110,7 +110,7 @@ def test_distance_of_two_bodies_and_centre_of_pressure(tmp_path: Path) -> None:
             "apart": {"kind": "distance", "body": "ball", "against": "block"},
             "centre": {"kind": "centre", "of": "contact.floor"},
         },
-        "run": RUN | {"duration": 0.05, "gravity": [0, 0, -9.81], "integrator": "implicit", "step": 1e-4},
+        "run": RUN | {"duration": 0.05, "gravity": [0, 0, -9.81], "integrator": "small", "step": 1e-4},
     }  # fmt: skip
     found = simulate(build_all(tmp_path, records, scene))
     sunk = found.motion["block"][:, 2]
@@ -168,7 +168,7 @@ def test_places_of_a_contact_are_those_of_the_part_however_it_is_placed(tmp_path
         scene = {
             "body": {"part": body}, "contact": {"floor": contact},
             "probe": {"centre": {"kind": "centre", "of": "contact.floor"}},
-            "run": RUN | {"duration": 2e-3, "integrator": "implicit", "step": 1e-5},
+            "run": RUN | {"duration": 2e-3, "integrator": "small", "step": 1e-5},
         }  # fmt: skip
         found.append(simulate(build(tmp_path / str(angle), records, scene)))
     names = [f"floor.{kind}_{axis}" for kind in ("centre", "pressure") for axis in "xyz"]
@@ -213,7 +213,7 @@ def test_probes_of_a_sliding_pair_change_no_bit_and_read_the_point_that_its_rod_
     for name, probes in (("bare", {}), ("read", PASSIVE)):
         scene = driven_pair_scene(**RUN, clearance=1e-5, duration=1e-3, step=2e-6) | {"probe": probes}
         system = build_all(tmp_path / name, records, scene)
-        assert system.scene.loop == "implicit"
+        assert system.scene.loop == "small"
         runs.append(simulate(system))
     bare, read = runs
     assert bare.impacts["right"].any()
@@ -239,7 +239,7 @@ TIP = {"tip": {"kind": "displacement", "body": "part", "interface": "tip"},
 
 @pytest.mark.parametrize(
     ("name", "points", "contact"),
-    [("implicit", 1, {}), ("implicit", 9, {}), ("event", 1, {}), ("implicit", 1, LAW)],
+    [("small", 1, {}), ("small", 9, {}), ("event", 1, {}), ("small", 1, LAW)],
 )  # fmt: skip
 def test_probes_change_no_bit(name: str, points: int, contact: dict[str, Any], tmp_path: Path) -> None:
     """A rod, or a block of several points, meets a wall and leaves it."""
@@ -259,7 +259,7 @@ def test_probes_change_no_bit(name: str, points: int, contact: dict[str, Any], t
     np.testing.assert_array_equal(bare.impacts["wall"], read.impacts["wall"])
 
 
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_peaks_between_samples_are_found(integrator: str, tmp_path: Path) -> None:
     """A sample falls on each zero of a vibration: x = v/ω, a = v ω, F = k v/ω; histories stay those of samples."""
     mass, speed, omega = 0.5, 0.3, 2 * np.pi * 400.0
@@ -273,7 +273,7 @@ def test_peaks_between_samples_are_found(integrator: str, tmp_path: Path) -> Non
         },
         "run": {"duration": 0.5, "samples": 200, "frames": 50, "integrator": integrator},
     }
-    if integrator == "implicit":
+    if integrator == "small":
         scene["run"] |= {"step": 1e-5}
     found = simulate(build(tmp_path, rigid_records(mass, {}), scene))
     exact = {

@@ -22,7 +22,7 @@ from tests.solver.systems import (
     rod_scene,
 )
 
-STEPPING = {"implicit": 2e-7}
+STEPPING = {"small": 2e-7}
 LAW = {"method": "penalty", "law": {"kind": "linear", "stiffness": 2e8}}
 FLOOR = {"shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
 
@@ -45,7 +45,7 @@ def check(quantities: dict[str, Any], scene: dict[str, Any]) -> None:
         assert known.unit == quantities[name]["unit"], name
 
 
-@pytest.mark.parametrize("integrator", ["event", "implicit"])
+@pytest.mark.parametrize("integrator", ["event", "small"])
 def test_quantities_of_every_integrator_are_defined(tmp_path: Path, integrator: str) -> None:
     method = LAW if integrator == "event" else {}
     scene = rod_scene(6e-4, **method)

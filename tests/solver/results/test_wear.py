@@ -139,7 +139,7 @@ REFUSED: list[tuple[list[str], str]] = [
     (["contact.floor.wear.hardness=0"], "contact.floor.wear.hardness"),
     (["contact.floor.wear.against_coefficient=1e-4"], "against.shape 'plane' has none"),
     (["contact.floor.wear.journal_coefficient=1e-4"], "contact.floor.wear.journal_coefficient"),
-    (["run.integrator=mechanism"], "'mechanism' does not support"),
+    (["run.integrator=turning"], "'turning' does not support"),
 ]
 
 

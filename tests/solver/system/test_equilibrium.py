@@ -21,7 +21,7 @@ ROUND_OFF = 1e-9
 """Of energies and forces, relative to those of the equilibrium; Newton's method and the integrators reach it."""
 INTEGRATORS: dict[str, dict[str, Any]] = {
     "event": {"method": "residual"},
-    "implicit": {"method": "residual", "surface_stiffness": 1e13},
+    "small": {"method": "residual", "surface_stiffness": 1e13},
     "implicit, law": {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}},
 }
 

@@ -24,7 +24,7 @@ AT = {"face": ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0])}
 
 
 def scene(force: dict[str, Any], duration: float = 2e-3, **run: Any) -> dict[str, Any]:
-    steps = {"duration": duration, "samples": 40, "frames": 40, "checks": False, "integrator": "implicit"}
+    steps = {"duration": duration, "samples": 40, "frames": 40, "checks": False, "integrator": "small"}
     return {"body": {"part": {"velocity": [0.1, 0.0, 0.2]}}, "force": force, "run": steps | run}
 
 
@@ -97,7 +97,7 @@ def test_stop_with_clearance_by_a_table_conserves_energy(tmp_path: Path) -> None
     }
     system = build(tmp_path, rigid_records(mass, AT), given)
     found = simulate(system)
-    assert system.scene.integrator == "implicit"
+    assert system.scene.integrator == "small"
     total = found.energies[:, :3].sum(axis=1)
     assert total == pytest.approx(0.5 * mass * speed**2, rel=1e-9)  # By difference quotients: also across the knots.
     assert found.motion["part"][-1, 6] == pytest.approx(speed, rel=1e-4)
@@ -127,9 +127,9 @@ def test_bushing_of_a_rigid_body_is_the_motion_of_its_matrices(tmp_path: Path) -
     ])  # fmt: skip
     start = np.array([0, 0, 0, 0, 0, 0, 0.1, 0.0, 0.2, 0.1, 0.2, -0.1])
     wanted = expm(0.02 * state) @ start
-    for integrator, tolerance in (("event", 1e-9), ("implicit", 2e-5)):
+    for integrator, tolerance in (("event", 1e-9), ("small", 2e-5)):
         run = {"duration": 0.02, "integrator": integrator, "checks": False}
-        run |= {"step": 5e-6} if integrator == "implicit" else {}
+        run |= {"step": 5e-6} if integrator == "small" else {}
         found = simulate(build(tmp_path, records, {"body": body, "force": {"b": force}, "run": run}))
         scale = np.repeat(np.abs(wanted.reshape(4, 3)).max(axis=1), 3)
         assert np.abs((found.motion["part"][-1] - wanted) / scale).max() < tolerance

@@ -16,7 +16,8 @@ at("bar").max = shown.force;
 
 const stage = at("stage");
 const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
-renderer.setClearColor(0xf4f5f7);
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 stage.append(renderer.domElement);
 const scene = new THREE.Scene();
 const camera = new THREE.PerspectiveCamera(35, 1, 0.01, 100);
@@ -36,13 +37,16 @@ const part = (triangles, colour) => {
 for (const triangles of shown.fixed) scene.add(part(triangles, 0x9aa3af));
 const tool = new THREE.Group();
 for (const triangles of shown.moved) tool.add(part(triangles, 0x2f6fb3));
-const ghost = new THREE.Mesh(new THREE.SphereGeometry(0.02, 24, 12), new THREE.MeshBasicMaterial({ color: 0x222831 }));
+const ghost = new THREE.Mesh(new THREE.SphereGeometry(0.02, 24, 12), new THREE.MeshBasicMaterial());
 const arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 0.01, 0xc8321f);
 for (const one of [ghost, arrow.line, arrow.cone]) { // Seen through the parts, into which forces often point.
   one.material.depthTest = false;
   one.renderOrder = 1;
 }
 scene.add(tool, ghost, arrow);
+const paint = () => { renderer.setClearColor(colour("--ground")); ghost.material.color.set(colour("--mark")); };
+dark.addEventListener("change", paint);
+paint();
 
 const view = { about: -1.0, above: 0.35, away: 3.2 };
 const right = new THREE.Vector3(), up = new THREE.Vector3(), ahead = new THREE.Vector3();
@@ -190,7 +194,7 @@ const draw = (now) => {
   }
   // What looks as before is not drawn again, beside a loop that must not wait.
   const seen = [tool.position, tool.quaternion, ghost.position, force, camera.position].flatMap((one) => one.toArray());
-  const sizes = [size / shown.force, ...renderer.getSize(new THREE.Vector2()), renderer.getPixelRatio()];
+  const sizes = [Number(dark.matches), size / shown.force, ...renderer.getSize(new THREE.Vector2()), renderer.getPixelRatio()];
   const looks = [...seen, ...sizes].map((one) => one.toFixed(4)).join();
   if (looks !== drawn) { renderer.render(scene, camera); frames += 1; }
   drawn = looks;

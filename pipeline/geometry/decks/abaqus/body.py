@@ -99,7 +99,7 @@ class Body:
             self.elements.setdefault(kind, []).extend(rows)
             labels = [row[0] for row in rows]
             if cell.dimension < 3:
-                self.extras.faces(keyword, kind)
+                self.extras.faces(keyword, kind, labels)
         if name := keyword.options.get("ELSET"):
             self.sets.elements.add(name, keyword.source, np.array(labels, int))
 

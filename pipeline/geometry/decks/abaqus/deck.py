@@ -19,6 +19,7 @@ from gudgeon.pipeline.geometry.decks.abaqus.sets import Names, Resolved
 from gudgeon.pipeline.geometry.decks.abaqus.words import Words
 from gudgeon.pipeline.geometry.decks.axes import Axes
 from gudgeon.pipeline.geometry.decks.model import Block, Deck, Scope, Source, deck_of
+from gudgeon.pipeline.geometry.decks.separate import of_elements
 
 MADE = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "PARAMETER", "SUBSTRUCTURE PATH")
 """Keywords that make nodes or elements which no line lists."""
@@ -86,7 +87,7 @@ def _chosen(path: str, scope: Scope, bodies: dict[str, Body], instances: dict[st
     levels = [level for level in bodies if level and not level.startswith("*")]
     have = _listed(levels, bodies, instances)
     root = bodies[""]
-    if scope.part_name is not None:
+    if scope.part_name is not None and levels:
         level = _alike(scope.part_name, levels)
         if level is None:
             raise InputError(f'{path}: has no part = "{scope.part_name}", it has {have}')
@@ -97,7 +98,8 @@ def _chosen(path: str, scope: Scope, bodies: dict[str, Body], instances: dict[st
             raise InputError(f'{path}: has no instance = "{scope.instance}", it has {have}')
         return _placed(path, name, bodies, instances)
     if not levels:
-        return _deck(path, root, None, "", [])
+        deck = _deck(path, root, None, "", [])
+        return deck if scope.part_name is None else of_elements(deck, scope.part_name, path)
     if len(instances) > 1 or len(levels) > max(len(instances), 1):
         raise InputError(f'{path}: has {have}; name one by geometry.part = "…" (*PART, as it was modelled) or'
                          ' geometry.instance = "…" (*INSTANCE, as the assembly moves it)')  # fmt: skip

@@ -157,7 +157,7 @@ def _lines(path: str, deck: str, above: tuple[str, ...], named: Source | None = 
     if len(above) > DEPTH or path in above:
         raise (named or Source(path, 0)).error(f"*INCLUDE of {path}, which includes itself")
     try:
-        text = Path(path).read_text(errors="replace")
+        text = Path(path).read_text("utf-8-sig", errors="replace")
     except OSError as error:
         if named is None:
             raise InputError(f"{path}: {error.strerror}; allowed: a deck of Abaqus or CalculiX") from None

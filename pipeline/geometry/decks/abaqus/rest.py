@@ -74,6 +74,7 @@ class Rest:
         self._omissions: list[Omission] = []
         self._faces: list[tuple[str, np.ndarray, Source]] = []
         self._sections: set[str] = set()
+        """Names of sets of elements, folded."""
         self._step = False
         self.stated = Stated()
         self.materials = Materials()
@@ -98,6 +99,8 @@ class Rest:
             self._omit(keyword, ALTERING[name])
         elif name not in SILENT:
             self._omit(keyword, "is not known here")
+        if name == "SURFACE SECTION" and "DENSITY" in keyword.options:
+            self._omit(keyword, "a mass by area")
         self.materials.take(keyword)
         self.stated.take(keyword)
         if name in SECTIONS or (name == "SOLID SECTION"):
@@ -111,17 +114,19 @@ class Rest:
         self.stated.add_elements(kind, rows)
         return [row._replace(text=row.words()[0]).integers()[0] for row in rows]
 
-    def faces(self, keyword: Keyword, kind: str) -> None:
-        """Take faces or lines, which are structural if a section names their set."""
-        if not PLANE.fullmatch(kind) and (name := keyword.options.get("ELSET")):
-            self._faces.append((kind, np.array([name.casefold()]), keyword.source))
+    def faces(self, keyword: Keyword, kind: str, labels: Sequence[int]) -> None:
+        """Take faces or lines, which are structural if a section names a set of theirs."""
+        if not PLANE.fullmatch(kind):
+            self._faces.append((kind, np.array(labels, np.int64), keyword.source))
 
     def omissions(self, element_sets: Mapping[str, np.ndarray]) -> list[Omission]:
         """Return what is not taken over."""
+        chosen = [members for name, members in element_sets.items() if name.casefold() in self._sections]
+        members = np.concatenate([np.empty(0, np.int64), *chosen])
         structural = [
             Omission(kind, source, f"structural elements of TYPE={kind}, which a section names")
-            for kind, names, source in self._faces
-            if self._sections & set(names.tolist())
+            for kind, labels, source in self._faces
+            if np.isin(labels, members).any()
         ]
         return [*self._omissions, *structural]
 

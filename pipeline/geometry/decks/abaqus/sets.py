@@ -174,6 +174,9 @@ class Sets:
             sides = self._surfaces.setdefault(name, [])
             for row in keyword.rows:
                 words = row.words()
+                if "COMBINE" in keyword.options:
+                    sides += [Side(Piece(instance, surface, row.source), "") for surface in words if surface]
+                    continue
                 face = words[1].upper() if len(words) > 1 else ""
                 if not re.fullmatch(r"S[1-6]|SPOS|SNEG|E[1-4]|", face):
                     raise row.source.error(f"face '{face}' of a surface; allowed: S1 to S6, SPOS, SNEG or none")

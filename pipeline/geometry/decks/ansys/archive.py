@@ -5,14 +5,16 @@ does not tell what else an archive has.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.ansys.cells import Row, blocks_of_rows
+from gudgeon.pipeline.geometry.decks.ansys.coupled import AXES, Commands, Equation
 from gudgeon.pipeline.geometry.decks.ansys.materials import Materials
+from gudgeon.pipeline.geometry.decks.axes import by_angles
 from gudgeon.pipeline.geometry.decks.model import (
     AXIAL,
     Deck,
@@ -36,11 +38,11 @@ DRAWN = (154, 155, 200)
 TYPE, CONSTANTS, NODE_COUNT, LABEL, HEAD = 1, 2, 8, 10, 11
 """Columns of an element from 0: its type, set of real constants, number of nodes and own number, its first node."""
 MASS21, COMBIN14, SOLID186 = 21, 14, 186
-AXES = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 ALTERING = {"CP": "coupled degrees of freedom", "CE": "a constraint equation", "CERIG": "a rigid region",
             "RBE3": "a distributed load's constraint", "CPINTF": "coupled degrees of freedom",
             "CEINTF": "constraint equations"}  # fmt: skip
 LOADS = ("D", "F", "SF", "SFE", "SFEBLOCK", "BF", "BFE", "BFBLOCK", "ACEL", "OMEGA", "SOLVE")
+SELECTIONS = ("NSEL", "ALLSEL", "ALLS", "CMSEL", "NSLE", "NSLA", "ESEL")
 MADE = ("N", "E", "EN", "NGEN", "EGEN", "FILL", "VMESH", "/INPUT", "*USE", "*DO")
 """Commands that make nodes or elements, or read other files."""
 KINDS = {21: "MASS21", 14: "COMBIN14", 39: "COMBIN39", 40: "COMBIN40", 184: "MPC184", 188: "BEAM188", 189: "BEAM189",
@@ -55,7 +57,7 @@ class Lines:
 
     def __init__(self, path: str) -> None:
         try:
-            text = Path(path).read_text(errors="replace")
+            text = Path(path).read_text("utf-8-sig", errors="replace")
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}; allowed: an archive of CDWRITE") from None
         self.path, self.line_number, self._lines = path, 0, text.splitlines()
@@ -89,10 +91,13 @@ def read_ansys(path: str, scope: Scope) -> Deck:
                          " allowed: an archive of CDWRITE")  # fmt: skip
     blocks = blocks_of_rows(archive.rows, archive.full)
     sections, materials = archive.materials.sections(archive.rows)
+    points = np.concatenate(archive.points)
+    solid = {label for block in blocks for label in np.unique(block.nodes).tolist()}
+    rigid = archive.commands.rigid(dict(zip(labels.tolist(), points, strict=True)), solid | archive.directions.keys())
     return deck_of(
-        labels, np.concatenate(archive.points), blocks, path, node_sets=archive.node_sets,
+        labels, points, blocks, path, node_sets=archive.node_sets | rigid.sets, couplings=rigid.couplings,
         element_sets=materials | archive.element_sets, materials=archive.materials.stated, sections=sections,
-        masses=archive.masses(), sums=archive.sums(),
+        masses=archive.masses(), sums=archive.sums(rigid.equations),
         directions=archive.directions,
         omissions=archive.omissions.values(),
     )  # fmt: skip
@@ -114,9 +119,7 @@ class _Archive:
         self._constants: dict[int, list[float]] = {}
         self._masses: list[tuple[int, int, list[int], str, Source]] = []
         self._springs: list[tuple[int, int, list[int], str, Source]] = []
-        self._coupled: list[Sum] = []
-        self._equations: dict[int, tuple[Source, list[Term]]] = {}
-        self._terms: list[Term] = []
+        self.commands = Commands()
         self.directions: dict[int, np.ndarray] = {}
         self.materials = Materials()
 
@@ -133,6 +136,8 @@ class _Archive:
                 self._add_option(words[1:4])
             elif keyword == "RLBLOCK":
                 self._read_constants()
+            elif keyword in ("R", "RMORE"):
+                self._add_constants(keyword, words[1:])
             elif keyword == "NBLOCK":
                 self._read_nodes()
             elif keyword == "EBLOCK":
@@ -148,11 +153,12 @@ class _Archive:
             raise self.lines.source.error(
                 f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
             )
-        if keyword == "CP" and len(words) > 5 and self._read_coupled(words):
-            return
+        if keyword in SELECTIONS:
+            self.commands.select(words, self.node_sets)
         if keyword in ("MP", "MPDATA") and len(words) > (6 if keyword == "MPDATA" else 3):
             self.materials.take(words, self.lines.source)
-        if keyword == "CE" and self._read_equation(words):
+        readers = {"CP": self._read_coupled, "CE": self.commands.equation, "CERIG": self.commands.rigid_region}
+        if keyword in readers and len(words) > 2 and readers[keyword](words, self.lines.source):
             return
         if keyword in ALTERING:
             self._omit(keyword, ALTERING[keyword])
@@ -162,6 +168,17 @@ class _Archive:
     def _add_option(self, words: list[str]) -> None:
         if len(words) == 3 and all(word.isdecimal() for word in words):
             self._options[int(words[0]), int(words[1])] = int(words[2])
+
+    def _add_constants(self, keyword: str, words: list[str]) -> None:
+        """Read a set of real constants as a command: its number and six values, or six more of the last one."""
+        try:
+            if keyword == "R":
+                self._constants[int(words[0])] = [float(word or 0) for word in words[1:7]]
+            elif self._constants:
+                last = self._constants[next(reversed(self._constants))]
+                last += [0.0] * (-len(last) % 6) + [float(word or 0) for word in words[:6]]
+        except (ValueError, IndexError):
+            raise self.lines.source.error(f"{keyword},{','.join(words)[:40]}: expected real constants") from None
 
     def _omit(self, keyword: str, text: str, *, alters: bool = True) -> None:
         self.omissions.setdefault(keyword, Omission(keyword, self.lines.source, text, alters))
@@ -208,6 +225,7 @@ class _Archive:
         numbers, points = [], []
         for line in self.lines:
             if not line[:width].strip().isdigit():
+                self.lines.line_number -= 1  # The end of the block, or a command that follows it.
                 break
             fields = [line[start + k * real : start + (k + 1) * real].strip() for k in range(3)]
             try:
@@ -225,14 +243,9 @@ class _Archive:
     def _turned(self, texts: list[str]) -> np.ndarray:
         """Return the directions of a node by its angles about z, x and y [deg], one after the other, as columns."""
         try:
-            angles = [np.radians(float(text)) if text.strip() else 0.0 for text in texts]
+            return by_angles(np.array([float(text) if text.strip() else 0.0 for text in texts]))
         except ValueError:
             raise self.lines.source.error("the angles of a node are no numbers") from None
-        (cz, cx, cy), (sz, sx, sy) = np.cos(angles), np.sin(angles)
-        about_z = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
-        about_x = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
-        about_y = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
-        return np.asarray(about_z @ about_x @ about_y)
 
     def _read_elements(self, solid: bool) -> None:
         if not solid:
@@ -299,10 +312,9 @@ class _Archive:
                 self.omissions.setdefault(name, Omission(name, source, "a mass by direction or with inertia"))
         return masses
 
-    def sums(self) -> list[Sum]:
-        """Return springs without damping, coupled displacements and equations; other springs are left out."""
-        sums = list(self._coupled)
-        sums += [Sum(tuple(terms), None, "CE", source) for source, terms in self._equations.values() if terms]
+    def sums(self, equations: Iterable[Equation]) -> list[Sum]:
+        """Return springs without damping, coupled displacements and given equations; other springs are left out."""
+        sums = [*self.commands.coupled, *(Sum(tuple(e.terms), None, "CE", e.source) for e in equations)]
         for type_id, constants_id, nodes, name, source in self._springs:
             values, along = self._constants.get(constants_id, []), self._options.get((type_id, 2), 0)
             turned = along and any(node in self.directions for node in nodes)
@@ -314,37 +326,15 @@ class _Archive:
             sums.append(Sum((Term(nodes[0], direction, -1.0), Term(nodes[1], direction, 1.0)), values[0], name, source))
         return sums
 
-    def _read_equation(self, words: list[str]) -> bool:
-        """Read a line of a constraint equation: DEFI with the number of terms, the equation's and its constant, or NODE
-        with node, direction and coefficient of one or two terms.
-
-        Return whether it is one that is zero, of displacements and rotations.
-        """
-        kind = words[2].upper() if len(words) > 2 else ""
-        try:
-            if kind == "DEFI":
-                label = int(words[4])
-                self._terms = []
-                if words[5:] and words[5] and float(words[5]):
-                    return False
-                self._equations[label] = self.lines.source, self._terms
-                return True
-            if kind != "NODE":
-                return False
-            for node, axis, coefficient in zip(words[3::3], words[4::3], words[5::3], strict=False):
-                if node and int(node):
-                    self._terms.append(Term(int(node), AXES.index(axis.upper()), float(coefficient)))
-        except (ValueError, IndexError):
-            raise self.lines.source.error(f"CE: {','.join(words)[:60]!r}, expected terms of node, direction and"
-                                          " coefficient") from None  # fmt: skip
-        return True
-
-    def _read_coupled(self, words: list[str]) -> bool:
-        """Read nodes with one displacement in common: number, direction, NODE and their count, then the nodes.
+    def _read_coupled(self, words: list[str], source: Source) -> bool:
+        """Read nodes with one displacement in common: number, direction, NODE and their count, then the nodes; or CP as
+        a command.
 
         Return whether they are.
         """
-        source, direction, count = self.lines.source, words[3].upper(), words[5]
+        if "".join(words[4:5]).upper() != "NODE" or len(words) < 6:
+            return self.commands.couple(words, source)
+        direction, count = words[3].upper(), words[5]
         nodes: list[str] = []
         while count.isdecimal() and len(nodes) < int(count):
             following_words = self.lines.following().split()
@@ -353,8 +343,7 @@ class _Archive:
             nodes += following_words
         if direction not in AXES or len(nodes) < 2:
             return False
-        leading, axis = Term(int(nodes[0]), AXES.index(direction), -1.0), AXES.index(direction)
-        self._coupled += [Sum((Term(int(n), axis, 1.0), leading), None, "CP", source) for n in nodes[1:]]
+        self.commands.add_coupled([int(node) for node in nodes], AXES.index(direction), source)
         return True
 
     def _read_component(self, words: list[str]) -> None:

@@ -20,10 +20,12 @@ WIDTH, WIDE = 8, 16
 """Columns of a small and of a large field."""
 FIELDS = 8
 """Small fields of a line between its name and its continuation."""
-NAME = re.compile(r"[A-Z][A-Z0-9]*\*?$")
+NAME = re.compile(r"[A-Z][A-Z0-9]* *\*?$")
 REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[EeDd]?([+-]\d+)|[EeDd](\d+))?$")
 BEGIN = re.compile(r"\s*BEGIN\b", re.IGNORECASE)
 INCLUDE = re.compile(r"\s*INCLUDE\b", re.IGNORECASE)
+CHOICE = re.compile(r"\s*MPC\s*=\s*(\d{1,18})\b", re.IGNORECASE)
+"""Of a set of equations, by a case."""
 END = re.compile(r"\s*ENDDATA\b", re.IGNORECASE)
 SHOWN = 60
 """Characters of a line in a message."""
@@ -136,6 +138,17 @@ def read_cards(path: str) -> list[Card]:
     return _cards([_split(text, source) for text, source in body_lines[:stop]])
 
 
+def chosen_equations(path: str) -> set[int] | None:
+    """Return the sets of equations that the cases of a file choose by MPC; None of bulk data without cases."""
+    chosen: set[int] = set()
+    for text, _ in _text_lines(path, Path(path).parent, (), None):
+        if BEGIN.match(text):
+            return chosen
+        if match := CHOICE.match(text):
+            chosen.add(int(match[1]))
+    return None
+
+
 def _cards(lines: list[_Line]) -> list[Card]:
     """Join the continuations of cards."""
     groups, scattered = _grouped(lines)
@@ -202,7 +215,7 @@ def _split(text: str, source: Source) -> _Line:
     if not NAME.match(head):
         text_of_fault = "replicated cards are not read" if head[0] == "=" else "expected the name of a card"
         raise source.error(f"{text[:SHOWN].strip()!r}: {text_of_fault}; allowed: bulk data of Nastran with GRID cards")
-    return _Line(head.rstrip("*"), "", fields, tail, source)
+    return _Line(head.rstrip("* "), "", fields, tail, source)
 
 
 def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Source | None) -> Iterator[tuple[str, Source]]:
@@ -210,7 +223,7 @@ def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Source |
     if path in above or len(above) > DEPTH:
         raise (named or Source(path, 0)).error(f"INCLUDE of {path}, which includes itself")
     try:
-        raw = Path(path).read_text(errors="replace").splitlines()
+        raw = Path(path).read_text("utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         if named is None:
             raise InputError(f"{path}: {error.strerror}; allowed: bulk data of Nastran") from None

@@ -22,9 +22,10 @@ from gudgeon.pipeline.geometry.decks.model import (
     Source,
     deck_of,
 )
-from gudgeon.pipeline.geometry.decks.nastran.bulk import Card, read_cards
+from gudgeon.pipeline.geometry.decks.nastran.bulk import Card, chosen_equations, read_cards
 from gudgeon.pipeline.geometry.decks.nastran.grids import Grids
 from gudgeon.pipeline.geometry.decks.nastran.masses import mass_factor, read_masses
+from gudgeon.pipeline.geometry.decks.nastran.retained import with_retained
 from gudgeon.pipeline.geometry.decks.nastran.rigid import rigid_elements
 from gudgeon.pipeline.geometry.decks.nastran.sums import read_sums
 
@@ -90,15 +91,26 @@ def read_nastran(path: str, scope: Scope) -> Deck:
             element_sets[name] = members
     couplings, links, coupled = rigid_elements(by_name)
     directions = grids.directions()
-    masses, sums = read_masses(by_name, grids), read_sums(by_name, grids)
+    chosen = chosen_equations(path)
+    masses, sums = read_masses(by_name, grids), read_sums(by_name, grids, chosen)
+    idle = (
+        []
+        if chosen is None or by_name.get("MPCADD")
+        else [c for c in by_name.get("MPC", []) if c.integer(0) not in chosen]
+    )
+    by_name["MPC"] = [card for card in by_name.get("MPC", []) if card not in idle]
     dependent = [n for name in coupled if name.startswith("rbe2") for n in coupled[name]]
     node_sets |= {name: np.intersect1d(np.array(m, np.int64), labels) for name, m in coupled.items()}
-    return deck_of(
+    passive = [
+        Omission("MPC", card.source, "a set of equations that no case chooses", alters=False) for card in idle[:1]
+    ]
+    deck = deck_of(
         labels, points, blocks, path, node_sets=node_sets, element_sets=element_sets, couplings=couplings,
         links=links, masses=masses, sums=sums, directions=directions, dependent=np.array(dependent, np.int64),
         materials=_materials(by_name), sections=_sections(by_name, grids),
-        omissions=_omissions(by_name, {item.source for item in (*couplings, *links, *masses, *sums)}),
+        omissions=[*_omissions(by_name, {item.source for item in (*couplings, *links, *masses, *sums)}), *passive],
     )  # fmt: skip
+    return with_retained(deck, by_name)
 
 
 def _elements(by_name: Mapping[str, list[Card]]) -> tuple[list[Block], dict[int, list[int]]]:

@@ -1,6 +1,6 @@
 """Springs and equations of bulk data of Nastran: CELAS1, CELAS2, CBUSH, RROD and MPC."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 
@@ -17,10 +17,14 @@ DIRECTIONS = 6
 """Directions of a grid point."""
 
 
-def read_sums(by_name: Mapping[str, Sequence[Card]], grids: Grids) -> list[Sum]:
+def read_sums(by_name: Mapping[str, Sequence[Card]], grids: Grids, chosen: Set[int] | None) -> list[Sum]:
     """Return springs, rods and equations, by the cards of each name.
 
-    None of the equations of a deck with several sets of them, of which its cases choose, and of a CBUSH that damps.
+    None of the equations of a deck with several sets of them, of which its cases choose several or are not known, and
+    of a CBUSH that damps.
+
+    Args:
+        chosen: Sets of equations that its cases choose; None of bulk data alone.
 
     Raises:
         InputError: a card is wrong, or a property is not there.
@@ -29,7 +33,7 @@ def read_sums(by_name: Mapping[str, Sequence[Card]], grids: Grids) -> list[Sum]:
         spring for card in by_name.get("CBUSH", []) for spring in _bush(card, by_name, grids)
     ]
     rods = [_rod(card) for card in by_name.get("RROD", [])]
-    equations = by_name.get("MPC", [])
+    equations = [card for card in by_name.get("MPC", []) if chosen is None or card.integer(0) in chosen]
     if by_name.get("MPCADD") or len({card.integer(0) for card in equations}) > 1:
         return springs + rods
     return springs + rods + [_equation(card) for card in equations]

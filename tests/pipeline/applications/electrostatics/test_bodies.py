@@ -36,14 +36,14 @@ def field(db: Path) -> PoseField:
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("integrator", ["implicit", "mechanism"])
+@pytest.mark.parametrize("integrator", ["small", "turning"])
 @pytest.mark.parametrize("share", [0.6, 1.0])
 def test_the_plate_moves_by_the_scalar_equation(db: Path, field: PoseField, integrator: str, share: float) -> None:
     """m z̈ = −k z + ½ C′(z) V², with the same C."""
     changes: dict[str, Any] = {
         "force.attraction.potentials.upper": share * VOLTS, "run.integrator": integrator, "run.samples": 500,
     }  # fmt: skip
-    if integrator == "mechanism":
+    if integrator == "turning":
         changes |= {
             "body.plate.freedom": "unset", "component.plate.geometry.inertia": [4e-20, 4e-20, 8e-20], "joint":
             {"guide": {"kind": "translational", "body": "plate", "axis": [0.0, 0.0, 1.0]}}, "force.spring": {

@@ -86,6 +86,25 @@ def test_a_drag_moves_the_tool_and_shows_its_force(url: str, browser: Any) -> No
         assert wrong == []
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_narrow_page_has_a_view_to_drag_in(url: str, browser: Any, scheme: str) -> None:
+    with browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme) as page:
+        page.goto(url)
+        page.wait_for_selector("#state.live", timeout=30_000)
+        view, aside = page.locator("main canvas").bounding_box(), page.locator("aside").bounding_box()
+        assert view["width"] == 390
+        assert view["height"] > 400
+        assert aside["width"] == 390
+        assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+        ground = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert (int(ground.split("(")[1].split(",")[0]) < 40) == (scheme == "dark")
+        page.mouse.move(200, 200)
+        page.mouse.down()
+        page.mouse.move(200, 260, steps=5)
+        page.mouse.up()
+        page.wait_for_function("feel.wrench[2] < -0.01", timeout=30_000)
+
+
 def test_the_guard_of_the_page_is_that_of_a_device(url: str, browser: Any) -> None:
     """The same wrenches for the same poses and models, above the start and below it, to round-off."""
     device = Scripted(wander, rate=250.0, delay=0.002)

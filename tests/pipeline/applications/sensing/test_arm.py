@@ -88,7 +88,7 @@ duration = 0.5
 samples = 500
 frames = 20
 gravity = [0.0, 0.0, -9.81]
-integrator = "mechanism"
+integrator = "turning"
 """ + "".join(CELL.format(n=n, x=x, y=y) for n, (x, y) in enumerate(((0.1, 0.0), (-0.05, 0.08), (-0.05, -0.08)), 1))
 FAST = ["--duration", "1"]
 

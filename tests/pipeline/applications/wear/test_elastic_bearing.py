@@ -11,7 +11,7 @@ from gudgeon.pipeline.applications.wear.report import marks_of, run_wear
 from gudgeon.pipeline.cli import main
 from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.stages.bodies import system_of
-from gudgeon.solver.integrators.mechanism.touching.yielding import Pressed
+from gudgeon.solver.integrators.turning.touching.yielding import Pressed
 from tests.pipeline.applications.wear.test_cycles import GAP, LENGTH, LOAD, RADIUS, SCENE, SHAFT, SPEED, WORN
 
 E, NU, AROUND = 207e9, 0.3, 120

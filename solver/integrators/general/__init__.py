@@ -1,1 +1,0 @@
-"""The implicit integrator for every feature: all ports of a system respond together."""

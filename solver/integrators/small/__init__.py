@@ -1,0 +1,1 @@
+"""Small motion, every feature: all ports of a system respond together."""

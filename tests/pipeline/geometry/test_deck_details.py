@@ -1,0 +1,78 @@
+"""Details of decks that are easily read otherwise than they are meant."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.pipeline.geometry.test_decks import BASE, BDF, read, refusal
+from tests.pipeline.geometry.test_relations import CDB
+
+SHELL = "*ELEMENT, TYPE=S3{options}\n9, 1, 2, 3\n"
+SECTION = "*SHELL SECTION, ELSET=SHELLS, MATERIAL=X\n0.1\n"
+
+
+@pytest.mark.parametrize("text", [
+    SHELL.format(options=", ELSET=SHELLS") + SECTION, SHELL.format(options="") + "*ELSET, ELSET=SHELLS\n9\n" + SECTION,
+    SHELL.format(options=", ELSET=A") + "*ELSET, ELSET=SHELLS\nA\n" + SECTION,
+])  # fmt: skip
+def test_a_section_names_shells_by_any_set(text: str, tmp_path: Path) -> None:
+    (tmp_path / "part.inp").write_text(BASE + text)
+    assert "S3 is not taken over: structural elements" in refusal(tmp_path / "part.inp")
+
+
+def test_a_section_of_surface_elements_may_have_mass(tmp_path: Path) -> None:
+    membrane = "*ELEMENT, TYPE=SFM3D3, ELSET=A\n9, 1, 2, 3\n*SURFACE SECTION, ELSET=A{density}\n"
+    (tmp_path / "part.inp").write_text(BASE + membrane.format(density=""))
+    assert "A" in read(tmp_path / "part.inp").surfaces
+    (tmp_path / "part.inp").write_text(BASE + membrane.format(density=", DENSITY=3."))
+    assert "a mass by area" in refusal(tmp_path / "part.inp")
+
+
+def test_surfaces_of_surfaces(tmp_path: Path) -> None:
+    both = "*SURFACE, NAME=A\n1, S1\n*SURFACE, NAME=B\n1, S2\n*SURFACE, NAME=C, COMBINE=UNION\nA, B\n"
+    (tmp_path / "part.inp").write_text(BASE + both)
+    assert len(read(tmp_path / "part.inp").surfaces["C"].facets) == 2
+
+
+def test_a_node_may_stand_twice_at_one_place(tmp_path: Path) -> None:
+    first = next(line for line in BASE.splitlines() if line.startswith("1,"))
+    (tmp_path / "part.inp").write_text(f"{BASE}*NODE\n{first}\n")
+    assert read(tmp_path / "part.inp").cell_type == "tetra10"
+    (tmp_path / "part.inp").write_text(f"{BASE}*NODE\n1, 9., 9., 9.\n")
+    assert "node 1 is given twice" in refusal(tmp_path / "part.inp")
+
+
+def test_a_mark_of_the_order_of_bytes_is_no_text(tmp_path: Path) -> None:
+    (tmp_path / "part.inp").write_text(f"\ufeff{BASE}", encoding="utf-8")
+    assert read(tmp_path / "part.inp").cell_type == "tetra10"
+
+
+@pytest.mark.parametrize(("case", "count"), [("SPC = 3", 0), ("MPC = 2", 0), ("  mpc=1", 1)])
+def test_equations_are_those_that_a_case_chooses(case: str, count: int, tmp_path: Path) -> None:
+    bulk = BDF["plain"] + "MPC,1,4,1,1.,3,2,-2.\n"
+    (tmp_path / "part.bdf").write_text(f"SOL 103\nCEND\n{case}\nBEGIN BULK\n{bulk}")
+    mesh = read(tmp_path / "part.bdf")
+    assert len(mesh.relations) == count
+    assert any("no case chooses" in note for note in mesh.remarks.get("notes", [])) == (not count)
+
+
+def test_names_of_cards_before_a_blank_and_a_star(tmp_path: Path) -> None:
+    """As punches of superelements have them."""
+    card = f"{'GRID':7}*{50:16}{'':16}{9.0:16}{9.0:16}\n{'*':8}{9.0:16}\n"
+    (tmp_path / "part.bdf").write_text(BDF["plain"] + card + "RBE2,8,50,123456,1,2,3\nCONM2,9,50,,2.\n")
+    (attachment,) = read(tmp_path / "part.bdf").attachments.values()
+    np.testing.assert_array_equal(attachment.point, [9.0, 9.0, 9.0])
+
+
+def test_a_block_of_nodes_that_nothing_ends(tmp_path: Path) -> None:
+    (tmp_path / "part.cdb").write_text(CDB.format(spring="").replace("-1\nEBLOCK", "EBLOCK", 1))
+    assert read(tmp_path / "part.cdb").cell_type == "tetra10"
+
+
+def test_real_constants_as_a_command(tmp_path: Path) -> None:
+    mass = "".join(f"{k:9}" for k in (1, 3, 1, 1, 0, 0, 0, 0, 1, 0, 2, 4)) + "\n"
+    text = CDB.format(spring=mass).replace("ET,2,14\n", "ET,3,21\n").replace("KEYOPT,2,2,1\n", "")
+    (tmp_path / "part.cdb").write_text(f"{text}R,1,0.5,0.5,0.5\n")
+    (attachment,) = read(tmp_path / "part.cdb").attachments.values()
+    assert attachment.mass == 0.5
