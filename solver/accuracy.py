@@ -176,7 +176,7 @@ def _bound(system: System, plan: Plan) -> tuple[float, bool]:
     contact.
     """
     accuracy = system.scene.run.accuracy or ACCURACY
-    if plan.name != "small" or not system.scene.general:
+    if plan.name != "small" or not (system.scene.general and system.contacts):
         return accuracy, False
     return 0.5 * accuracy, plan.step * plan.critical > RESOLVED
 

@@ -87,7 +87,7 @@ class Integrator:
 
 
 class Small(Integrator):
-    """For every feature; stiff surfaces do not reduce its step. Driven and damped scenes have a loop of their own."""
+    """For every feature; stiff surfaces do not reduce its step. Sliding pairs have a loop of their own."""
 
     carries = frozenset(Feature) - {
         Feature.MECHANISM, Feature.POINT_SPRING, Feature.SMOOTHED_FRICTION, Feature.FRICTION_SPRING

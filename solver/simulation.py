@@ -209,9 +209,15 @@ class Steps:
 
     def _arrays(self) -> list[tuple[str, Mapping[str, np.ndarray]]]:
         """Return all arrays that change from step to step."""
-        groups = {"state": self._state, "problem": self._problem, "log": self._log, "slides": self._state.slides}
+        groups = {"state": self._state, "problem": self._problem, "log": self._log, "slides": self._state.slides,
+                  "active": self._problem.active, "matrix": self._problem.matrix}  # fmt: skip
+        columns = self._run.arrays.constants.columns
+
+        def changes(value: object) -> bool:
+            return isinstance(value, np.ndarray) and not np.may_share_memory(value, columns)
+
         return [
-            (name, {key: value for key, value in group._asdict().items() if isinstance(value, np.ndarray)})
+            (name, {key: value for key, value in group._asdict().items() if changes(value)})
             for name, group in groups.items()
         ]
 

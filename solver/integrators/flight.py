@@ -58,3 +58,17 @@ def _doubled(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         Q[on] += step[on].transpose(0, 2, 1) @ Q[on] @ step[on]
         step[on] = step[on] @ step[on]
     return step, Q
+
+
+def memory_of(beta: np.ndarray, dt: float) -> np.ndarray:
+    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n).
+
+    Args:
+        beta: [s], (n,).
+        dt: Step [s].
+    """
+    ratio = beta / dt
+    with np.errstate(divide="ignore"):
+        kept = np.exp(-1 / ratio)
+    gone = ratio * (1 - kept)
+    return np.array([kept, gone - kept, 1 - gone])

@@ -249,8 +249,8 @@ class Scene(Strict):
 
     @property
     def general(self) -> bool:
-        """Whether integrator 'small' runs it over ports; sliding pairs, and loads alone, have a faster loop."""
-        return not prefers(list(_demands(self)), "small") or bool(self.contact and not self.masters())
+        """Whether integrator 'small' runs it over ports; sliding pairs have a faster loop."""
+        return not self.masters() or not prefers(list(_demands(self)), "small")
 
     @property
     def loop(self) -> str:

@@ -39,6 +39,11 @@ NATIVE: list[Fault] = [
          "(y[a + 1] - L[s + a + 1] * y3) * over[a + 1]"),
     ),
     *faults(
+        "response", "solver/core/response/pairs.hpp", ["tests/solver/integrators/small/test_slides.py"],
+        ("add(along - x[0], first,", "add(x[0] - along, first,"),
+        ("state.slides.over[i] ? state.slides.free[i] : state.gap[i]", "state.gap[i]"),
+    ),
+    *faults(
         "log", "solver/core/log/impacts.hpp", LOG,
         ("(double(step) + 0.5) * dt", "double(step) * dt"),
         ("last[3 + axis] + dt * (J + 0.5 * impulse)", "last[3 + axis] + dt * J"),

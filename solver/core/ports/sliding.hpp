@@ -86,12 +86,63 @@ inline double coupling(const Pattern& pattern, CVec table, const Slides& slides,
     return total;
 }
 
-/* Set the range of functions below the points of a contact. */
+/* Ports of contacts and joints, which come first, where these are all that respond. */
+inline Index held_ports(const Constants& constants) noexcept {
+    return constants.touching.size() + 2 * constants.joints.size();
+}
+
+/* Call with the ranges of the points of each contact and of the functions below them. */
+template <class F>
+inline void over_ranges(const Slides& slides, F&& call) noexcept {
+    for (Index g = 0; g < slides.ports.size(); ++g) {
+        call(slides.ports(g, 0), slides.ports(g, 1));
+        call(slides.window(g, 0), slides.window(g, 1));
+    }
+}
+
+/* Set W q of points that slide, and of the functions below them. */
+inline void move_all(const Constants& constants, const Slides& slides, CVec q, Vec out) noexcept {
+    over_ranges(slides, [&](Index begin, Index end) {
+        Index i = begin;
+        for (; i + 4 <= end; i += 4) {
+            const Index four[] = {i, i + 1, i + 2, i + 3};
+            double ways[4];
+            moved_four(constants.rows, four, q, ways);
+            for (Index n = 0; n < 4; ++n) out[i + n] = ways[n];
+        }
+        for (; i < end; ++i) out[i] = moved(constants.rows, i, q);
+    });
+}
+
+/* Add what listed forces in the residual flexibility, (s, p), do to points that slide and functions below them [m].
+ *
+ * amounts: work, (p,). */
+inline void displace_all(const Constants& constants, const Slides& slides, CMat forces, CInts listed, Vec amounts,
+                         Vec out) noexcept {
+    const Index count = listed[0], surfaces = slides.functions.size() > 0 ? slides.functions[0] : 0;
+    const CInts numbers = listed.slice(1, count + 1);
+    const Index others = first_from(numbers, count, surfaces);
+    for (Index s = 0; s < forces.size(); ++s) {
+        for (Index n = 0; n < count; ++n) amounts[n] = forces(s, numbers[n]);
+        over_ranges(slides, [&](Index begin, Index end) {
+            Index from = 0, until = count;
+            if (constants.paired) { /* But for loads, functions are moved through each other alone. */
+                from = begin < surfaces ? 0 : lesser(others, first_from(numbers, count, held_ports(constants)));
+                until = begin < surfaces ? others : count;
+            }
+            const CVec table = constants.residual.turned[s];
+            combine_rows(constants.pattern, table,
+                         {numbers.slice(from, until), amounts.slice(from, until), until - from}, begin, end, out);
+        });
+    }
+}
+
+/* Set the range of functions below the points of a contact, at the end of the step and at its start. */
 inline void set_window(const Slides& slides, Index g) noexcept {
     const Index begin = slides.surface(g, 0), width = slides.surface(g, 1), lines = slides.surface(g, 2);
     Index low = begin + width * lines, high = begin;
-    for (Index i = slides.ports(g, 0); i < slides.ports(g, 1); ++i) {
-        const Index corner = slides.corner(NOW, i);
+    for (Index n = 2 * slides.ports(g, 0); n < 2 * slides.ports(g, 1); ++n) {
+        const Index corner = slides.corner(n % 2, n / 2);
         if (corner < 0) continue;
         const Index line = begin + (corner - begin) / width * width;
         low = lesser(low, line);
@@ -118,23 +169,28 @@ inline void turn_weights(const Slides& slides, Index g, double sigma) noexcept {
  * any weight has changed. */
 inline bool slide(const Constants& constants, const State& state) noexcept {
     const Slides& slides = state.slides;
-    const auto placed = [&](Index i) {
-        return moved(constants.rows, i, state.q) + displaced(constants.residual, i, state.known, state.listed_known);
-    };
+    const Vec placed = slides.inward[0];
     bool changed = false;
     for (Index g = 0; g < slides.chart.size(); ++g) {
         const double sigma = dot(slides.row[g], state.q);
         changed = changed || sigma != slides.sigma(NOW, g) || sigma != slides.sigma(BEFORE, g);
         slides.sigma(BEFORE, g) = slides.sigma(NOW, g);
         slides.sigma(NOW, g) = sigma;
+        const Index begin = slides.window(g, 0), end = slides.window(g, 1);
         turn_weights(slides, g, sigma);
-        for (Index f = slides.window(g, 0); f < slides.window(g, 1); ++f) slides.inward(0, f) = placed(f);
+        /* That of others is known. */
+        for (Index f = slides.window(g, 0); f < slides.window(g, 1); ++f)
+            if (f < begin || f >= end)
+                state.response(1, f) = displaced(constants.residual, f, state.held, state.listed);
+    }
+    move_all(constants, slides, state.q, placed);
+    displace_all(constants, slides, state.known, state.listed_known, slides.inward[1], placed);
+    for (Index g = 0; g < slides.chart.size(); ++g)
         for (Index i = slides.ports(g, 0); i < slides.ports(g, 1); ++i) {
             slides.free[i] = OPEN;
             if (slides.corner(NOW, i) >= 0)
-                slides.free[i] = constants.offset[i] + placed(i) + over(slides, i, NOW, slides.inward[0]);
+                slides.free[i] = constants.offset[i] + placed[i] + over(slides, i, NOW, placed);
         }
-    }
     return changed;
 }
 
@@ -165,7 +221,7 @@ inline void gather_sliding(const Constants& constants, const Slides& slides, con
 }
 
 /* Set the forces on functions by those of the points that slide over them. */
-inline void press_surfaces(const Constants& constants, const State& state) noexcept {
+inline void press_surfaces(const State& state) noexcept {
     const Slides& slides = state.slides;
     const CInts functions = slides.functions;
     for (Index n = 0; n < functions.size(); ++n) state.unknown[functions[n]] = state.extra[functions[n]] = 0.0;
@@ -174,40 +230,29 @@ inline void press_surfaces(const Constants& constants, const State& state) noexc
             if (state.unknown[i] != 0.0) spread(slides, i, NOW, state.unknown[i], state.unknown);
             if (state.extra[i] != 0.0) spread(slides, i, NOW, state.extra[i], state.extra);
         }
-    for (Index n = 0; n < functions.size(); ++n) {
-        const Index f = functions[n];
-        if (state.last[f] == 0.0 && state.unknown[f] != 0.0)
-            state.response(1, f) = displaced(constants.residual, f, state.held, state.listed);
-    }
 }
 
-/* Displacement of a port, without its surface, by the forces found [m]. */
-inline double given_way(const Constants& constants, const State& state, const Problem& problem, Index i) noexcept {
+/* Set the displacement of points that slide and of functions below them, each by its own rows, by the forces found. */
+inline void reach_surfaces(const Constants& constants, const State& state, const Problem& problem) noexcept {
     const Slides& slides = state.slides;
-    const CVec columns = constants.columns, inertia = constants.inertia;
-    const CInts at = constants.pattern.at;
-    double total = 0.0;
     const auto add_port = [&](Index j) {
-        total += columns[at[j] + i] * state.unknown[j] + inertia[at[j] + i] * state.extra[j];
+        const Index at = constants.pattern.at[j];
+        if (state.unknown[j] == 0.0 && state.extra[j] == 0.0) return;
+        over_ranges(slides, [&](Index begin, Index end) {
+            const Vec out = slides.inward[1].slice(begin, end);
+            add(state.unknown[j], constants.columns.slice(at + begin, at + end), out);
+            if (state.extra[j] != 0.0) add(state.extra[j], constants.inertia.slice(at + begin, at + end), out);
+        });
     };
+    over_ranges(slides, [&](Index begin, Index end) { fill(slides.inward[1].slice(begin, end), 0.0); });
     for (Index a = 0; a < problem.size[0]; ++a) add_port(problem.ports[a]);
     for (Index g = 0; g < slides.window.size(); ++g)
         for (Index f = slides.window(g, 0); f < slides.window(g, 1); ++f) add_port(f);
-    return total;
-}
-
-/* Set the displacement of the functions by the forces found [m]. */
-inline void reach_surfaces(const Constants& constants, const State& state, const Problem& problem) noexcept {
-    const Slides& slides = state.slides;
-    for (Index g = 0; g < slides.window.size(); ++g)
-        for (Index f = slides.window(g, 0); f < slides.window(g, 1); ++f)
-            slides.inward(1, f) = given_way(constants, state, problem, f);
 }
 
 /* Gap [m] of a point that is no candidate, under the forces found, after `reach_surfaces`. */
-inline double found_gap(const Constants& constants, const State& state, const Problem& problem, Index i) noexcept {
-    const Slides& slides = state.slides;
-    return slides.free[i] + given_way(constants, state, problem, i) + over(slides, i, NOW, slides.inward[1]);
+inline double found_gap(const Slides& slides, Index i) noexcept {
+    return slides.free[i] + slides.inward(1, i) + over(slides, i, NOW, slides.inward[1]);
 }
 
 /* Add the generalised force of the drag of the last step. */
@@ -218,16 +263,6 @@ inline void pull_along(const Constants& constants, const State& state, Vec force
             slides.drag_impulse[g] += constants.dt[0] * slides.drag[g];
             add(slides.drag[g], slides.row[g], force);
         }
-}
-
-/* Set the displacement of loaded functions by the residual flexibility at the end of the step [m]. */
-inline void place_surfaces(const Constants& constants, const State& state) noexcept {
-    const CInts functions = state.slides.functions;
-    for (Index n = 0; n < functions.size(); ++n) {
-        const Index f = functions[n];
-        if (state.unknown[f] != 0.0 || state.last[f] != 0.0)
-            state.response(0, f) = displaced(constants.residual, f, state.held, state.listed);
-    }
 }
 
 /* Find the force [N] along the line of sliding on each deformed surface, lambda-bar^T dN e / dsigma.
@@ -252,8 +287,7 @@ inline void drag_along(const Constants& constants, const State& state) noexcept 
         double total = 0.0;
         for (Index f = begin; f < end; ++f)
             if (slip[f] != 0.0)
-                total += slip[f] * (moved(constants.rows, f, state.q) +
-                                    displaced(constants.residual, f, state.held, state.listed));
+                total += slip[f] * (moved(constants.rows, f, state.q) + state.response(0, f));
         slides.drag[g] = total;
     }
 }

@@ -19,14 +19,15 @@ inline bool placed_late(const Constants& constants, Index i) noexcept {
 /* Set where a block that wakes was at the start of the step [m]. */
 inline void place(const Constants& constants, const State& state, Index i) noexcept {
     for (Index b = i; b < i + constants.size[i]; ++b) {
+        if (state.slides.over[b]) {
+            state.displacement(1, b) = constants.offset[b] + state.response(1, b) +
+                                       moved_over(constants, state.slides, b, BEFORE, state.before[0]) +
+                                       over(state.slides, b, BEFORE, state.response[1]);
+            continue;
+        }
         const double response = displaced(constants.residual, b, state.held, state.listed);
         state.response(1, b) = response;
-        double position = moved(constants.rows, b, state.before[0]) + response;
-        if (state.slides.over[b]) {
-            position = moved_over(constants, state.slides, b, BEFORE, state.before[0]);
-            position += displaced_over(constants, state.slides, b, BEFORE, state.held, state.listed);
-        }
-        state.displacement(1, b) = constants.offset[b] + position;
+        state.displacement(1, b) = constants.offset[b] + moved(constants.rows, b, state.before[0]) + response;
     }
 }
 
@@ -239,9 +240,9 @@ inline void free_measures(const Constants& constants, const State& state, const 
 /* Wake the points that the forces found may have closed; whether there are any. */
 inline bool overlooked(const Constants& constants, const State& state, const Problem& problem) noexcept {
     const bool enough = add_forces(constants, state, problem);
-    if (!constants.slides && enough) return false;
+    if ((!constants.slides || constants.paired) && enough) return false;
     look_ahead(constants.parts, state.q, state.before[0], state.travel, state.lead[0], state.ahead);
-    if (constants.slides) reach_surfaces(constants, state, problem);
+    if (constants.slides && !constants.paired) reach_surfaces(constants, state, problem);
     bound_ways(constants, state.ahead, state.way);
     bool wakes = false;
     for (Index n = 0; n < constants.touching.size(); ++n) {
@@ -249,7 +250,8 @@ inline bool overlooked(const Constants& constants, const State& state, const Pro
         if (problem.awake(0, i)) continue;
         bool stays = true;
         if (state.slides.over[i])
-            stays = state.slides.corner(NOW, i) < 0 || found_gap(constants, state, problem, i) > 0.0;
+            stays = constants.paired || state.slides.corner(NOW, i) < 0 ||
+                    found_gap(state.slides, i) > 0.0;
         else if (!state.beside[i])
             stays = state.margin[i] * (1.0 - SCRATCH) > state.way[i];
         if (stays) continue;

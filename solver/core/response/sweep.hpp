@@ -38,21 +38,45 @@ inline void change_three(const Candidates& all, Index a, double normal, double f
     all.x[a] = normal, all.x[a + 1] = first, all.x[a + 2] = second;
 }
 
-/* Hold the distance of a joint's point from its driven point, by a force along the rod's direction in the step. */
-inline void hold(CVec along, const Candidates& all, Index a) noexcept {
-    const Vec x = all.x, y = all.y;
-    const CMat columns = all.columns;
-    const double length = along[2], last = x[a] * along[0] + x[a + 1] * along[1];
-    change(all, a, last * along[0]);
-    change(all, a + 1, last * along[1]);
+/* The direction of a joint's force in the step with its length [m], and what each of its two ports by unit forces does
+ * to the first and to the second [m/N]. */
+struct Rod {
+    CVec along;
+    double columns[4];
+};
+
+struct Plane {
+    double first, second;
+};
+
+/* The force that holds the distance of a joint's point from its driven point, along the rod's direction in the step.
+ *
+ * x, y: force [N] and measure [m] so far. */
+inline Plane held(const Rod& rod, Plane x, Plane y) noexcept {
+    const auto& [along, columns] = rod;
+    const double length = along[2];
+    double by_first = columns[0] * along[0] + columns[2] * along[1];
+    double by_second = columns[1] * along[0] + columns[3] * along[1];
+    double force = x.first * along[0] + x.second * along[1];
+    const double turned[] = {force * along[0] - x.first, force * along[1] - x.second};
+    y.first += columns[0] * turned[0] + columns[2] * turned[1];
+    y.second += columns[1] * turned[0] + columns[3] * turned[1];
     for (int turn = 0; turn < 2; ++turn) {
-        const double size = length_of(y[a], y[a + 1]), n0 = y[a] / size, n1 = y[a + 1] / size;
-        double give = n0 * (columns(a, a) * along[0] + columns(a + 1, a) * along[1]);
-        give += n1 * (columns(a, a + 1) * along[0] + columns(a + 1, a + 1) * along[1]);
-        const double force = (length - size) / give;
-        change(all, a, x[a] + force * along[0]);
-        change(all, a + 1, x[a + 1] + force * along[1]);
+        const double size = length_of(y.first, y.second);
+        const double step = (length - size) * size / (y.first * by_first + y.second * by_second);
+        force += step;
+        y.first += step * by_first, y.second += step * by_second;
     }
+    return {force * along[0], force * along[1]};
+}
+
+/* Hold a joint, candidates a and a + 1. */
+inline void hold(CVec along, const Candidates& all, Index a) noexcept {
+    const CMat M = all.columns;
+    const Rod rod{along, {M(a, a), M(a, a + 1), M(a + 1, a), M(a + 1, a + 1)}};
+    const auto [first, second] = held(rod, {all.x[a], all.x[a + 1]}, {all.y[a], all.y[a + 1]});
+    change(all, a, first);
+    change(all, a + 1, second);
 }
 
 /* Bring the ports of a drive, candidates from a on, to where they are given to be. */

@@ -36,6 +36,21 @@ inline double given_by_compliance(const Constants& constants, const State& state
         return yielded(constants.residual, i, constants.memory, state.held, state.last, state.unknown) +
                constants.layer[i] * state.unknown[i] - last;
     double total = displaced_over(constants, slides, i, NOW, state.known, state.listed_known);
+    if (constants.paired) {
+        const auto yields = [&](Index j) {
+            const auto by = [&](Index begin, Index end) {
+                const Index at = constants.pattern.at[j];
+                return dot(constants.yields.slice(at + begin, at + end), state.unknown.slice(begin, end));
+            };
+            if (j < slides.functions[0]) return by(0, held_ports(constants));
+            double sum = 0.0;
+            for (Index g = 0; g < slides.window.size(); ++g) sum += by(slides.window(g, 0), slides.window(g, 1));
+            return sum;
+        };
+        total += yields(i) - state.response(1, i) - over(slides, i, BEFORE, state.response[1]);
+        over_functions(slides, i, NOW, [&](Index f, double weight) { total += weight * yields(f); });
+        return total - last;
+    }
     /* Of a port without a force, `state.response` is not kept from step to step. */
     total -= displaced_over(constants, slides, i, BEFORE, state.held, state.listed);
     for (Index a = 0; a < problem.size[0]; ++a) {
@@ -99,7 +114,7 @@ inline double alter_block(const Constants& constants, const State& state, const 
         const double wanted = (closed.share - 1.0) * closed.force, step = wanted - state.extra[b];
         if (step == 0.0) continue;
         change = larger(change, std::abs(step));
-        add_means(constants, state, problem, b, step);
+        if (!constants.paired) add_means(constants, state, problem, b, step); /* There, a repeated solution has it. */
         if (state.last[b] == 0.0 && state.extra[b] == 0.0 && !wakes && !constants.sparse)
             state.response(1, b) = displaced(constants.residual, b, state.held, state.listed);
         state.extra[b] = wanted;

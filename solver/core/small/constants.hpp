@@ -25,10 +25,11 @@ struct Rows {
 
 /* R of ports. */
 struct Residual {
-    GUDGEON_SHAPES("values s T")
+    GUDGEON_SHAPES("values s T, turned s * ?")
     Pattern pattern;  /* That of all tables. */
     CMat values;      /* Displacement of port i, in its row, by sides of ports [m/N], (s, t). */
-    GUDGEON_FIELDS(pattern, values)
+    CMat turned;      /* What sides of port j, in its row, do to ports [m/N], (s, t); empty unless points slide. */
+    GUDGEON_FIELDS(pattern, values, turned)
 };
 
 /* Pairs of a point and an edge of its face, n of them in the order of points. */
@@ -112,12 +113,13 @@ struct Constants {
     bool sparse;      /* Whether forces are those of unilateral candidates over undamped compliances, and no others. */
     bool slides;      /* Whether points slide over a traction space. */
     bool plain;       /* Whether all ports that respond are unilateral over a symmetric compliance. */
+    bool paired;      /* Whether these are such, over traction spaces too, and joints. */
     GUDGEON_FIELDS(dt, motion, push, loss, stiffness, gravity, rows, parts, near, norms, met, groups, reach, offset,
                    kind, size, level, share, pattern, inertia, columns, yields, residual, memory, layer, law, knots,
                    table, friction, belt, restitution, lengths, contact, direction, joint, drives, inverse, given,
                    fields, field_loads, field_start, stored, touching, always, joints, loaded, sides, block, edges,
                    edged, farthest, damped, bounces, divides, rigid, floor, widest, lossy, idles, sparse,
-                   slides, plain)
+                   slides, plain, paired)
 };
 
 }  // namespace gudgeon::small

@@ -85,8 +85,21 @@ inline void displace_candidates(const Constants& constants, const State& state, 
         displacement[i] = free[i] - layer[i] * unknown[i];
         if (i > block && constants.contact[i] >= 0)
             displacement[i] += state.anchor[i] + constants.belt[i] * constants.dt[0];
-        if (constants.damped)
+        if (constants.damped && !state.slides.over[i])
             state.response(0, i) = displaced(constants.residual, i, state.held, state.listed);
+    }
+}
+
+/* Set the response of ports with forces: of points that slide and functions all at once. */
+inline void respond_at_end(const Constants& constants, const State& state) noexcept {
+    const Vec response = state.response[0];
+    if (!constants.slides) return displace_listed(constants.residual, state.held, state.listed, response);
+    over_ranges(state.slides, [&](Index begin, Index end) { fill(response.slice(begin, end), 0.0); });
+    displace_all(constants, state.slides, state.held, state.listed, state.slides.inward[1], response);
+    for (Index n = 1; n <= state.listed[0]; ++n) {
+        const Index i = state.listed[n];
+        if (!state.slides.over[i] && constants.kind[i] != SURFACE)
+            response[i] = displaced(constants.residual, i, state.held, state.listed);
     }
 }
 
@@ -104,8 +117,7 @@ inline void displace(const Constants& constants, const State& state, const Probl
             if (constants.level[i] == VELOCITY && problem.awake(0, i))
                 for (Index b = i; b < i + constants.size[i]; ++b) displace_fully(constants, state, b);
         }
-    if (state.held.size() == 1 && !constants.sparse)
-        displace_listed(constants.residual, state.held, state.listed, state.response[0]);
+    if ((state.held.size() == 1 && !constants.sparse) || constants.slides) respond_at_end(constants, state);
 }
 
 /* Keep a change between slip and stick [s]. */

@@ -5,14 +5,14 @@
 
 namespace gudgeon::small {
 
-enum Moment { NOW, BEFORE };  /* Weights of the end of a step and of its start. */
+enum Moment { NOW, BEFORE, ERA };  /* The end of a step, its start, and when rows of closed ports were made. */
 
 /* Shapes: g sliding contacts, p ports, m coordinates, F functions of all surfaces.
  *
  * The measure of such a point is its own and a weighted sum of those of 4 x 4 functions of cubic splines; its force
  * acts on them with the same weights, which change from step to step. */
 struct Slides {
-    GUDGEON_SHAPES("ports z 2, surface z 3, functions *, window z 2, row z m, chart z 2, sigma 2 z, "
+    GUDGEON_SHAPES("ports z 2, surface z 3, functions *, window z 2, row z m, chart z 2, sigma 3 z, "
                    "drag z, drag_impulse z, over p, width p, height p, start p, across p 4, corner 2 p, "
                    "along 2 4 p, free p, inward 2 p, left 1")
     CIntMat ports;      /* First and last + 1 port of the points of each contact, (g, 2). */
@@ -21,7 +21,7 @@ struct Slides {
     IntMat window;      /* First and last + 1 port of the functions below its points, (g, 2). */
     CMat row;           /* dsigma/dq of the distance slid, (g, m). */
     CMat chart;         /* Start and spacing along of each traction space [m], (g, 2). */
-    Mat sigma;          /* Distance slid at the end of the step and a step ago [m], (2, g). */
+    Mat sigma;          /* Distance slid at the end of the step, a step ago, and by `ERA` [m], (3, g). */
     Vec drag;           /* Force along the line of sliding on the slope of the deformed surface [N], (g,). */
     Vec drag_impulse;   /* [N s], (g,) */
     CFlags over;        /* Whether a port is one of a point that slides, (p,). */

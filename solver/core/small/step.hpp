@@ -2,6 +2,7 @@
 #pragma once
 #include "../response/sweeps.hpp"
 #include "../response/candidates.hpp"
+#include "../response/pairs.hpp"
 #include "closing.hpp"
 #include "ending.hpp"
 #include "energy.hpp"
@@ -12,6 +13,7 @@ namespace gudgeon::small {
 
 /* Largest number of contact solutions in a step, since its means depend on what opens and closes in it. */
 constexpr int PASSES = 6;
+constexpr double FAINT = 1e-20;  /* Share of the largest force in a residual flexibility below which there is none. */
 constexpr Index REPEATED = 4;  /* Entry of the counts: contact solutions that were repeated. */
 
 /* Find the forces of all candidates; false where the sweeps do not converge. */
@@ -19,6 +21,7 @@ inline bool respond(const Arrays& arrays, CMat crank) noexcept {
     const auto& [constants, state, problem, log] = arrays;
     const bool foresees = constants.bounces && !constants.divides;
     bool missed = true;
+    const auto found = [&] { return constants.paired ? close_pairs(arrays) : solve(arrays); };
     for (int turn = 0; turn <= PASSES; ++turn) {
         if (missed) {
             list_candidates(constants, state, problem);
@@ -29,10 +32,10 @@ inline bool respond(const Arrays& arrays, CMat crank) noexcept {
             if (!solve(arrays)) return false;
             foresee(constants, state, problem);
         }
-        if (problem.size[0] > 0 && !solve(arrays)) return false;
+        if (problem.size[0] > 0 && !found()) return false;
         bool unsettled = set_extra(constants, state, problem);
         if (foresees && problem.size[0] > 0) unsettled = shifts_change(constants, state, problem) || unsettled;
-        if (constants.slides) press_surfaces(constants, state);
+        if (constants.slides) press_surfaces(state);
         missed = overlooked(constants, state, problem);
         problem.size[2] = !missed;
         if (!(missed || unsettled)) break;
@@ -110,6 +113,15 @@ inline void push_state(const Constants& constants, const State& state) noexcept 
     }
 }
 
+/* Set to zero what has decayed to less than `FAINT` of the largest: it would be listed for hundreds of steps. */
+inline void forget_faint(Vec held) noexcept {
+    double least = -std::numeric_limits<double>::infinity();
+    for (Index i = 0; i < held.size(); ++i) least = larger(least, std::abs(held[i]));
+    least *= FAINT;
+    SIMD
+    for (Index i = 0; i < held.size(); ++i) held[i] = std::abs(held[i]) < least ? 0.0 : held[i];
+}
+
 /* Bring the forces in the residual flexibility to the end of the step. */
 inline void hold_forces(const Constants& constants, const State& state) noexcept {
     const CVec last = state.last, now = state.unknown;
@@ -131,6 +143,7 @@ inline void hold_forces(const Constants& constants, const State& state) noexcept
         const Vec held = state.held[s];
         SIMD
         for (Index i = 0; i < held.size(); ++i) held[i] = part[i] * held[i] + begin[i] * last[i] + end[i] * now[i];
+        if (constants.damped) forget_faint(held);
     }
     list_forces(state.held, state.listed);
 }
@@ -144,10 +157,7 @@ inline void finish(const Arrays& arrays, double time) noexcept {
     travelled(constants, state);
     hold_forces(constants, state);
     displace(constants, state, problem);
-    if (constants.slides) {
-        place_surfaces(constants, state);
-        drag_along(constants, state);
-    }
+    if (constants.slides) drag_along(constants, state);
     if (!constants.plain) follow(constants, state, problem, time);
     used_margins(constants, state, problem);
     balance(constants, state, problem);

@@ -8,7 +8,7 @@ from gudgeon.solver import capabilities, core
 from gudgeon.solver.contact.compliance import Compliance
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.contact.pattern import whole
-from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.flight import flight, memory_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
 from gudgeon.solver.integrators.implicit.open_contacts import bounds
@@ -104,15 +104,6 @@ class Implicit(capabilities.Small):
         )  # fmt: skip
 
 
-def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
-    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
-    ratio = beta / dt
-    with np.errstate(divide="ignore"):
-        decay = np.exp(-1 / ratio)
-    gone = ratio * (1 - decay)
-    return np.array([decay, gone - decay, 1 - gone])
-
-
 def _damped_memory(beta: np.ndarray, dt: float) -> np.ndarray:
     """Return a and b of the backward rule, under which constraint forces do not alternate, (2, n)."""
     ratio = beta / dt
@@ -148,7 +139,7 @@ def _points(system: System, dt: float) -> Points:
     return Points(
         rows=rows, columns=np.ascontiguousarray(rows.T), span=_span(rows), coordinates=np.arange(*_span(rows)),
         gap=system.gap, layer=system.layer,
-        residual=system.residual.dense(), memory=_memory(beta, dt), contact=system.contact_of, active=empty_set(c),
+        residual=system.residual.dense(), memory=memory_of(beta, dt), contact=system.contact_of, active=empty_set(c),
         directions=system.directions, followed=np.ones(len(system.contacts), np.bool_),
         pressed=rows_closed, amounts=amounts, counts=np.array([0, len(closed)], np.int64),
         **zeros,
@@ -183,7 +174,7 @@ def _masters(system: System, dt: float, modes: Modes) -> Masters:
     return Masters(
         functions=functions, columns=np.ascontiguousarray(functions.T), span=_span(functions),
         coordinates=np.arange(*_span(functions)),
-        residual=system.function_residual.dense(), memory=_memory(beta, dt), chart=chart, height=height, slide=slide,
+        residual=system.function_residual.dense(), memory=memory_of(beta, dt), chart=chart, height=height, slide=slide,
         start=start, filled=np.zeros((k, 2), np.int64), left=np.zeros(1, np.int64),
         corner=np.full((2, c), -1), near=np.full(c, -1), along=np.zeros((2, 4, c)),
         weights_at=np.full((2, k), np.nan), sigma=sigma, slid=np.zeros(k), drag=np.zeros(k), drag_impulse=np.zeros(k),

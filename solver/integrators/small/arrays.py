@@ -140,6 +140,8 @@ class Constants(NamedTuple):
     """Whether points slide over a traction space."""
     plain: bool
     """Whether all ports that respond are unilateral over a symmetric compliance."""
+    paired: bool
+    """Whether these are such, over traction spaces too, and joints."""
 
 
 class State(NamedTuple):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gudgeon.solver.integrators.flight import flight
+from gudgeon.solver.integrators.flight import flight, memory_of
 from gudgeon.solver.integrators.small.arrays import (
     POSITION,
     STABILISED,
@@ -59,6 +59,8 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
     responds = (ports.kind != Kind.GIVEN) & (ports.kind != Kind.SURFACE)
     plain = not moving and _plain(ports, columns, responds, rigid)
     idles = _idles(system, ports, rigid)
+    paired = _paired(system, ports, columns, responds, rigid)
+    turned = _turned(pairs, residual, moving)
     return Constants(
         dt=np.array([dt]), motion=step.motion, push=step.push, loss=step.loss, stiffness=system.stiffness,
         gravity=system.driving.gravity, rows=_rows(system, ports), parts=parts, near=near,
@@ -66,7 +68,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         kind=ports.kind, size=size, block=block, level=level, share=share, met=_met(pairs, touching),
         groups=_met(pairs, np.ones(p, np.bool_)),
         pattern=pairs.pattern, inertia=inertia, columns=columns, yields=yields,
-        residual=Residual(pairs.pattern, residual), memory=memory, layer=layer,
+        residual=Residual(pairs.pattern, residual, turned), memory=memory, layer=layer,
         law=per_port["law"], knots=np.vstack([np.empty((0, 2)), *system.springs.knots.values()]),
         table=per_port["table"].astype(np.int64), friction=per_port["friction"], belt=per_port["belt"],
         restitution=per_port["restitution"], lengths=lengths, contact=per_port["contact"],
@@ -80,7 +82,7 @@ def constants_of(system: System, ports: Ports, dt: float) -> Constants:
         lossy=bool(system.damping.any()), idles=idles,
         sparse=bool(plain and idles and not damped and (share < 1).all()), divides=_divides(system, rigid, damped),
         edges=(edges := edges_of(system, ports)), edged=bool(len(edges.ports)), slides=bool(moving),
-        plain=plain,
+        plain=plain, paired=paired,
     )  # fmt: skip
 
 
@@ -88,6 +90,26 @@ def _plain(ports: Ports, columns: np.ndarray, responds: np.ndarray, rigid: np.nd
     """Return whether all ports that respond, (p,), are unilateral over a symmetric compliance, and none is rigid."""
     unilateral = (ports.kind[responds] == Kind.UNILATERAL).all() and not rigid.any()
     return bool(unilateral) and ports.pairs.mutual(columns, responds)
+
+
+def _paired(system: System, ports: Ports, columns: np.ndarray, responds: np.ndarray, rigid: np.ndarray) -> bool:
+    """Return whether all ports that respond, (p,), are unilateral, or of joints, and none is rigid or meets an edge.
+
+    Functions of traction spaces are moved through each other alone, and forces move unilateral ports and functions
+    both ways alike.
+    """
+    surface, unilateral = ports.kind == Kind.SURFACE, ports.kind == Kind.UNILATERAL
+    if not surface.any() or rigid.any() or any(map(system.edged, system.contacts)):
+        return False
+    if not np.isin(ports.kind[responds], [Kind.UNILATERAL, Kind.BILATERAL]).all():
+        return False
+    by_functions = columns.reshape(len(surface), -1)[surface]
+    return not by_functions[:, responds].any() and ports.pairs.mutual(columns, unilateral | surface)
+
+
+def _turned(pairs: Pairs, residual: np.ndarray, moving: list[str]) -> np.ndarray:
+    """Return the tables of R, (s, t), by rows of what acts, where contacts move over traction spaces, else none."""
+    return np.array([pairs.turned(side) for side in residual if moving]).reshape(-1, pairs.size)
 
 
 def _idles(system: System, ports: Ports, rigid: np.ndarray) -> bool:
@@ -281,22 +303,13 @@ def _residual(ports: Ports, beta: np.ndarray, jumps: np.ndarray, dt: float) -> t
     p = len(ports.offset)
     if not ports.flexibility.any():
         return np.zeros((0, ports.pairs.size)), np.zeros((0, 3, p))
-    memory = np.stack([_memory(own, dt) for own in beta])
+    memory = np.stack([memory_of(own, dt) for own in beta])
     for i in np.flatnonzero(jumps):
         memory[:, 2, i] += memory[:, 1, i]
         memory[:, 1, i] = 0.0
     if np.array_equal(beta[0], beta[1]):
         return ports.flexibility.sum(axis=0)[None], memory[:1]
     return ports.flexibility, memory
-
-
-def _memory(beta: np.ndarray, dt: float) -> np.ndarray:
-    """Return what r + β ṙ = f keeps of r, of f at the start and of f at the end of a step, f linear in it, (3, n)."""
-    ratio = beta / dt
-    with np.errstate(divide="ignore"):
-        kept = np.exp(-1 / ratio)
-    gone = ratio * (1 - kept)
-    return np.array([kept, gone - kept, 1 - gone])
 
 
 def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, softness: np.ndarray) -> np.ndarray:

@@ -22,10 +22,10 @@ from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_po
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.system import System
 
-TABLES = 10
+TABLES = 12
 """Arrays of a run with a number for each two ports that share a body."""
 PLAIN, MATRICES = 0.5, 2.0
-"""Work arrays with a number for each two ports that respond: where all are unilateral, and else."""
+"""Work arrays with a number for each two ports that respond: where all are unilateral, or of joints, and else."""
 SHARE = 0.8
 """Of the memory of the machine, or of its container, that they may take."""
 AHEAD = 256
@@ -57,7 +57,8 @@ class Small(capabilities.Small):
         tables = TABLES * self.ports.pairs.size
         _refuse_large(system, tables)
         constants = constants_of(system, self.ports, dt)
-        _refuse_large(system, tables + (PLAIN if constants.plain else MATRICES) * candidates(constants) ** 2)
+        closes = constants.plain or constants.paired
+        _refuse_large(system, tables + (PLAIN if closes else MATRICES) * candidates(constants) ** 2)
         state = state_of(system, self.ports, constants)
         normals = [contact_ports(self.ports, contact) for contact in system.contacts]
         self._normals = np.concatenate([np.empty(0, np.int64), *normals]).astype(np.int64)
@@ -69,7 +70,7 @@ class Small(capabilities.Small):
         self._functions = np.concatenate([np.empty(0, np.int64), *(f[0] for f in functions.values())])
         self._rubbed = {contact_id: f[1:] for contact_id, f in functions.items() if len(f) > 1}
         log = impact_log([int(rows[0]) for rows in normals], dt, system.separation, system.windows)
-        self.arrays = Arrays(constants, state, problem_of(constants), log)
+        self.arrays = Arrays(constants, state, problem_of(constants, state.slides), log)
         self._loop = core.Small(*loop_of(self.arrays, system, self.ports))
         self._located, self._end_forces = Located(log), state.unknown
         loaded, contacts = len(constants.loaded), max(1, len(system.contacts))

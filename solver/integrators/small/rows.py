@@ -25,3 +25,5 @@ class Residual(NamedTuple):
     """That of all tables."""
     values: np.ndarray
     """Displacement of port i, in its row, by sides of ports [m/N], (s, t)."""
+    turned: np.ndarray
+    """What sides of port j, in its row, do to ports [m/N], (s, t); empty unless points slide."""

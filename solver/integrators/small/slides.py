@@ -25,7 +25,7 @@ class Slides(NamedTuple):
     chart: np.ndarray
     """Start and spacing along of each traction space [m], (g, 2)."""
     sigma: np.ndarray
-    """Distance slid at the end of the step and a step ago [m], (2, g)."""
+    """Distance slid at the end of the step, a step ago, and when rows of closed ports were made [m], (3, g)."""
     drag: np.ndarray
     """Force along the line of sliding on the slope of the deformed surface [N], (g,)."""
     drag_impulse: np.ndarray

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gudgeon.solver import core
-from gudgeon.solver.contact.compliance import coupled
+from gudgeon.solver.contact.compliance import Compliance, coupled
 from gudgeon.solver.contact.lcp import empty_set
 from gudgeon.solver.forces.fields.co_energy import basis_shape
 from gudgeon.solver.integrators.small.arrays import SLIPS, Constants, Problem, State
@@ -93,16 +93,18 @@ _ZERO_AT_START = (
 )  # fmt: skip
 
 
-def problem_of(constants: Constants) -> Problem:
+def problem_of(constants: Constants, slides: Slides) -> Problem:
     p = len(constants.offset)
     window = core.Small.WINDOW
-    many = 0 if constants.plain else candidates(constants)  # Without cones, laws or joints, `active` holds the factor.
+    closes = constants.plain or constants.paired  # Without cones and laws, `active` holds the factor.
+    many = 0 if closes else candidates(constants)
+    points = p if constants.plain else len(constants.touching) if constants.paired else 0
     return Problem(
         awake=np.full((2, p), constants.divides), ports=np.zeros(p, np.int64),
         candidates=np.zeros(p, np.int64), acting=np.zeros(p, np.bool_), gathered=np.full(p, -1),
         altered=np.zeros(p, np.int64), size=np.zeros(5, np.int64),
-        columns=np.zeros((many, many)), active=empty_set(p if constants.plain else 0), runs=np.zeros((p, 2), np.int64),
-        matrix=coupled(constants.pattern, constants.columns)._replace(candidate=np.ones(p, np.bool_)),
+        columns=np.zeros((many, many)), active=empty_set(points), runs=np.zeros((p, 2), np.int64),
+        matrix=_pairs(constants, slides) if constants.paired else _constant(constants),
         free=np.zeros(p), x=np.zeros(p),
         y=np.zeros(p), start=np.zeros(p),
         weight=np.zeros(p), stiff=np.zeros(p), pushed=np.zeros(p),
@@ -110,6 +112,25 @@ def problem_of(constants: Constants) -> Problem:
         derivative=np.zeros((many, many)), correction=np.zeros(p),
         past=np.zeros((3, p)), changes=np.zeros((3, window, p)), products=np.zeros((window, window)),
         gram=np.zeros((window, window + 1)),
+    )  # fmt: skip
+
+
+def _constant(constants: Constants) -> Compliance:
+    matrix = coupled(constants.pattern, constants.columns)
+    return matrix._replace(candidate=np.ones(len(constants.offset), np.bool_))
+
+
+def _pairs(constants: Constants, slides: Slides) -> Compliance:
+    """Return the compliance of points over traction spaces, no row of which is known."""
+    p, first, contact = len(constants.offset), constants.touching, constants.contact[constants.touching]
+    numbers, begin, count = np.unique(contact, return_index=True, return_counts=True)
+    space, columns = np.zeros((len(numbers), 3), np.int64), constants.columns.reshape(p, p)
+    for span, surface in zip(slides.ports, slides.surface, strict=True):
+        space[constants.contact[span[0]]] = surface
+    return coupled(constants.pattern, np.zeros(p * p))._replace(
+        base=columns, master=columns, block=np.stack([first[begin], first[begin] + count], axis=1),
+        candidate=np.ones(len(numbers), np.bool_), known=np.ones(len(numbers), np.bool_), space=space,
+        across=slides.across, window=np.zeros((len(numbers), 2), np.int64), scratch=np.zeros(p), stamp=np.full(p, -1),
     )  # fmt: skip
 
 
@@ -126,7 +147,7 @@ def _slides(system: System, ports: Ports) -> Slides:
     slides = Slides(
         ports=np.zeros((g, 2), np.int64), surface=np.zeros((g, 3), np.int64), window=np.zeros((g, 2), np.int64),
         functions=np.flatnonzero(ports.kind == Kind.SURFACE),
-        row=np.zeros((g, m)), chart=np.zeros((g, 2)), sigma=np.zeros((2, g)), drag=np.zeros(g),
+        row=np.zeros((g, m)), chart=np.zeros((g, 2)), sigma=np.full((3, g), np.inf), drag=np.zeros(g),
         drag_impulse=np.zeros(g), over=np.zeros(p, np.bool_), width=np.zeros(p, np.int64), height=np.zeros(p),
         start=np.full(p, -1), across=np.zeros((p, 4)), corner=np.full((2, p), -1), along=np.zeros((2, 4, p)),
         free=np.zeros(p), inward=np.zeros((2, p)), left=np.zeros(1, np.int64),
@@ -148,7 +169,7 @@ def _slides(system: System, ports: Ports) -> Slides:
             centre = body.morph.centre[None]
             along = sign * body.rigid_rows(centre, surface.direction[None])[0]
             slides.row[i, start : start + body.rigid_count] += along
-        slides.sigma[:, i] = slides.row[i] @ system.position
+        slides.sigma[:2, i] = slides.row[i] @ system.position
         core.weigh(
             slides.height[span], float(slides.sigma[0, i]), slides.start[span],
             np.array([*surface.chart, surface.counts[1] - 4.0]), width, slides.corner[0, span],

@@ -213,7 +213,7 @@ def test_probes_of_a_sliding_pair_change_no_bit_and_read_the_point_that_its_rod_
     for name, probes in (("bare", {}), ("read", PASSIVE)):
         scene = driven_pair_scene(**RUN, clearance=1e-5, duration=1e-3, step=2e-6) | {"probe": probes}
         system = build_all(tmp_path / name, records, scene)
-        assert system.scene.loop == "small"
+        assert system.scene.loop == "implicit"
         runs.append(simulate(system))
     bare, read = runs
     assert bare.impacts["right"].any()

@@ -1,6 +1,8 @@
 """Sliding pairs in the loop over ports: as in the loop of their own, with laws, and what they conserve."""
 
 import re
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from pydantic import ValidationError
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.modaldb.stores.folder import Store
 from gudgeon.solver.errors import SceneError
+from gudgeon.solver.integrators.small import constants
+from gudgeon.solver.integrators.small.integrator import Small
 from gudgeon.solver.linear.modes import assembled_modes
 from gudgeon.solver.linear.state import linearised
 from gudgeon.solver.ports.members import contact_ports, ports_of, with_surfaces
@@ -17,7 +21,18 @@ from gudgeon.solver.simulate import simulate
 from gudgeon.solver.simulation import Steps
 from gudgeon.solver.system.compile import compile_system
 from tests.solver.features import DURATION, draft_of, records, store_of, system_of
-from tests.solver.systems import keys_of, stored, with_tractions_across
+from tests.solver.systems import (
+    build_all,
+    driven_pair_records,
+    driven_pair_scene,
+    keys_of,
+    march,
+    stored,
+    with_tractions_across,
+)
+
+SWEEPS = 3
+"""Place of the sweeps among the counts of a run."""
 
 
 @pytest.fixture(scope="module")
@@ -191,6 +206,25 @@ def test_it_is_stepped_from_python_and_continues_with_the_same_bits(store: Store
     assert again.body("part").velocity.tobytes() == steps.body("part").velocity.tobytes()
     inside = simulate(system).quantities["part.velocity_x"]["value"]
     assert steps.body("part").velocity[0] == pytest.approx(inside, rel=1e-4)  # The run has the own loop.
+
+
+@pytest.mark.parametrize("damping", [{}, {"damping": {"ratio": 0.02, "frequency": 2000.0}}], ids=["free", "damped"])
+def test_closed_points_and_joints_are_found_as_by_sweeps(
+    damping: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An elastic piston on a rod: rows of closed points of an earlier place, and exact ones of each step."""
+    scene = driven_pair_scene(checks=False, clearance=1e-5, duration=1e-3, step=2e-6)
+    scene["body"]["part"] |= damping
+    system = build_all(tmp_path, driven_pair_records(6), scene)
+    closed = march(system, 2e-6, 500, Small)
+    monkeypatch.setattr(constants, "_paired", lambda *_: False)
+    swept = march(system, 2e-6, 500, Small)
+    assert closed.run.arrays.constants.paired
+    assert closed.run.arrays.state.counts[SWEEPS] == 0
+    assert swept.run.arrays.state.counts[SWEEPS] > 0
+    assert np.count_nonzero(np.abs(swept.forces).max(axis=(1, 2))) > 50
+    for one, other, bound in ((closed.forces, swept.forces, 1e-3), (closed.snapshots, swept.snapshots, 1e-5)):
+        np.testing.assert_allclose(one, other, rtol=0, atol=bound * np.abs(other).max())
 
 
 def test_closed_points_of_a_sliding_pair_in_linear_analysis(store: Store) -> None:
