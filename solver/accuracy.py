@@ -36,7 +36,7 @@ AT_ONCE = 1e-6
 window has: these times have the order of the integrator."""
 LONGER = 1.5
 """Ratio of two steps from which on their runs are compared."""
-RESOLVED = 1.0
+RESOLVED = 0.5
 """dt·ω_c of the larger of two steps up to which they resolve contact."""
 STATED = 0.1
 """Error of the steps, above the default of run.accuracy at every step tried, up to which a run states it: of long

@@ -225,6 +225,8 @@ def _stressed(
     if not stressed or not bears_stress(models[0], component):
         return None
     pulled = {key: acting[key].rows for key, load in _of_kind(modes, LoadModes).items() if load.unit != "Pa"}
+    if not pulled and not weighs:
+        return None
     weights = (
         weights_along(models[0], [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
         if weighs

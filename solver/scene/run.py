@@ -110,7 +110,8 @@ class Run(Strict):
         default="rest",
         description="Shape of the bodies at the start. rest: static equilibrium of the elastic deformation with"
         " gravity, the loads at that time, fields below pull-in and contacts; free rigid motions start as the scene"
-        " places them, unless contacts hold them; undeformed: no deformation, as mechanisms start always",
+        " places them, unless contacts hold them; in mechanisms the shapes that bodies have in their rigid motion,"
+        " under loads, joints, gravity and inertia; undeformed: no deformation",
     )
     limits: Limits = Limits()
     samples: int = Field(

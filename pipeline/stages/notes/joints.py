@@ -1,4 +1,4 @@
-"""Notes on joints of mechanisms whose forces ring, as bodies that deform start undeformed while they move."""
+"""Notes on joints of mechanisms whose forces ring, where bodies that deform start undeformed while they move."""
 
 from collections.abc import Iterator
 
@@ -19,7 +19,7 @@ HIGHER = 1.05
 def ringing(facts: Facts) -> Iterator[str]:
     """Yield a note for each joint of deforming bodies whose peak is that of a vibration, with its mean."""
     scene = facts.scene
-    if not facts.finished or not scene.capabilities.turns or not scene.joint:
+    if not facts.finished or not scene.capabilities.turns or not scene.joint or scene.run.start == "rest":
         return
     slowest = {name: _slowest(facts, name) for name in scene.body}
     joined = {name: _bodies(scene, name) for name in scene.joint}
@@ -37,7 +37,7 @@ def ringing(facts: Facts) -> Iterator[str]:
         yield (
             f"joint.{name}: force_peak, {peak:.4g} N, is that of a vibration, which rings from the start, at which"
             f" bodies are undeformed: the largest mean over its period of {period:.2g} s is {mean:.4g} N;"
-            " component.NAME.damping lets it decay"
+            ' run.start = "rest" leaves it out, and component.NAME.damping lets it decay'
         )
 
 

@@ -13,7 +13,7 @@ from gudgeon.solver.integrators.flight import flight, memory_of
 from gudgeon.solver.integrators.impact_log import Located, impact_log
 from gudgeon.solver.integrators.implicit.arrays import Arrays, Drive, Energy, Loads, Masters, Modes, Points
 from gudgeon.solver.integrators.implicit.open_contacts import bounds
-from gudgeon.solver.integrators.implicit.reading import Readers
+from gudgeon.solver.integrators.implicit.reading import Ends, Readers
 from gudgeon.solver.integrators.outcome import Outcome, Samples
 from gudgeon.solver.integrators.saved import live_arrays, set_arrays
 from gudgeon.solver.result import Result
@@ -51,18 +51,24 @@ class Implicit(capabilities.Small):
 
     def advance(self, start_step: int, stride: int, out: Samples) -> bool:
         """Fill samples of `stride` steps; False where the run cannot continue."""
-        # The loop reads no gauges and probes: with any it is called for one sample at a time, with the same bits.
-        pieces = len(out.forces) if self._readers.present else 1
-        for i in range(pieces):
-            samples = out.part(slice(i, i + 1)) if self._readers.present else out
-            step, steps = start_step + i * stride, len(samples.forces) * stride
-            if not self._loop.march(self._drive(step, steps), samples, step, stride):
+        count = len(out.forces)
+        drive = self._drive(start_step, count * stride)
+        if not self._readers.present:
+            if not self._loop.march(drive, out, start_step, stride):
                 return False
-            end = (step + steps) * self._dt
-            if self._system.gauges:
-                samples.gauges[0] = self._readers.gauged(self.modes, self.points, end)
-            if self._system.probes.names:
-                samples.probes[0] = self._readers.probed(self.modes, self.points, self.masters, self.loads, end)
+        else:
+            # The loop reads no gauges and probes: with any it is called for one sample at a time, with the same bits.
+            points, functions = self.points, self.masters.function_forces[1]
+            arrays = self.modes.q, self.modes.v, points.multipliers, self.loads.amount, functions
+            ends = Ends.of(count, arrays)
+            for i in range(count):
+                steps = slice(i * stride, (i + 1) * stride)
+                step = Drive(drive.loads[steps], drive.crank[steps])
+                if not self._loop.march(step, out.part(slice(i, i + 1)), start_step + i * stride, stride):
+                    return False
+                for values, array in zip(ends, arrays, strict=True):
+                    values[i] = array
+            self._readers.read(ends, self._dt * (start_step + stride * np.arange(1, count + 1)), out)
         if not self._located.take():
             self.failure = Result.IMPACTS
             return False

@@ -1,11 +1,33 @@
 """What gauges and probes read of the implicit loop at the end of a step, by its coordinates and forces."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from gudgeon.solver.integrators.implicit.arrays import Loads, Masters, Modes, Points
+from gudgeon.solver.integrators.outcome import Samples
 from gudgeon.solver.ports.members import contact_ports, function_ports, ports_of, probe_ports
 from gudgeon.solver.system.gauges import gauge_loads
 from gudgeon.solver.system.system import System
+
+
+class Ends(NamedTuple):
+    """What stands at the ends of samples. Shapes: s samples, m coordinates, c contact rows, L loads."""
+
+    q: np.ndarray
+    """(s, m)"""
+    v: np.ndarray
+    """(s, m)"""
+    contacts: np.ndarray
+    """Forces of contacts [N], (s, c)."""
+    amounts: np.ndarray
+    """Of the loads; of joints the force of the step, (s, L)."""
+    functions: np.ndarray
+    """Half the forces of functions of traction spaces, (s, functions)."""
+
+    @classmethod
+    def of(cls, samples: int, arrays: tuple[np.ndarray, ...]) -> "Ends":
+        """Return room for samples of arrays."""
+        return cls(*(np.empty((samples, len(a))) for a in arrays))
 
 
 class Readers:
@@ -27,20 +49,16 @@ class Readers:
         self._per_force = probe_ports(system, ports)[:, self._acting]
         self._flexible = probe_ports(system, ports).any(axis=1)
 
-    def gauged(self, modes: Modes, points: Points, time: float) -> np.ndarray:
-        """Return the gauges at the end of a step [s], (G,)."""
-        system = self._system
-        moved = system.gauged(modes.q[None], modes.v[None])[0]
-        return moved + system.gauge_residual @ points.multipliers + self._pushed @ self._given(time)
-
-    def probed(self, modes: Modes, points: Points, masters: Masters, loads: Loads, time: float) -> np.ndarray:
-        """Return the values of all probes at the end of a step [s], (P,); joints have the force of the step."""
-        probes, count = self._system.probes, 2 * len(self._system.driving.joints)
-        amounts = np.concatenate([loads.amount[:count], self._given(time)[count:]])
-        forces = np.concatenate([points.multipliers, amounts, 2 * masters.function_forces[1]])
-        by_forces = np.where(self._flexible, self._per_force @ forces, probes.pressed @ points.multipliers)
-        return probes.values(modes.q[None], modes.v[None])[0] + by_forces
-
-    def _given(self, time: float) -> np.ndarray:
-        """Return the given loads at a time [s], (L,)."""
-        return self._system.driving.loads(np.array([time]), 0.0)[0]
+    def read(self, ends: Ends, times: np.ndarray, out: Samples) -> None:
+        """Set the gauges and probes of samples from what stood at their ends, at times [s], (s,)."""
+        system, loads = self._system, self._system.driving.loads(times, 0.0)
+        if system.gauges:
+            moved = system.gauged(ends.q, ends.v)
+            out.gauges[:] = moved + ends.contacts @ system.gauge_residual.T + loads @ self._pushed.T
+        if probes := system.probes if system.probes.names else None:
+            count = 2 * len(system.driving.joints)
+            amounts = np.hstack([ends.amounts[:, :count], loads[:, count:]])
+            forces = np.hstack([ends.contacts, amounts, 2 * ends.functions])
+            rigid = ends.contacts @ probes.pressed.T
+            by_forces = np.where(self._flexible, forces @ self._per_force.T, rigid)
+            out.probes[:] = probes.values(ends.q, ends.v) + by_forces

@@ -16,6 +16,7 @@ from gudgeon.solver.integrators.turning.constraints.dependence import Dependence
 from gudgeon.solver.integrators.turning.energy import bodies_of, energies, modal_parts, motion_of, to_coordinates
 from gudgeon.solver.integrators.turning.flexible.range import deformed_text
 from gudgeon.solver.integrators.turning.histories import Recorder, Sample
+from gudgeon.solver.integrators.turning.moving_rest import Moment
 from gudgeon.solver.integrators.turning.rotation import rotation_vectors
 from gudgeon.solver.integrators.turning.start import start_of
 from gudgeon.solver.integrators.turning.stepping import breaks_in, given_of, kinds_text, settings_of
@@ -55,7 +56,8 @@ class Turning(Capabilities):
         loads = system.scene.turning_loads()
         functions = [load.function(f"force.{name}") for name, load in loads.items()]
         self._given = given_of(self.linkage.drives, functions)
-        self.start = start_of(self.linkage, self.model, self.work, self._given(np.zeros(1))[0][0])
+        drives, amounts = self._given(np.zeros(1))
+        self.start = start_of(self.linkage, self.model, self.work, Moment(drives[0], amounts[0]))
         run = system.scene.run
         self._duration, self._fixed, self._size = run.duration, fixed_step, reach_of(self.linkage)
         self._rows = [to_coordinates(body) for body in system.bodies.values()]

@@ -24,7 +24,8 @@ from gudgeon.solver.integrators.turning.constraints.dependence import (
     unit_rows,
 )
 from gudgeon.solver.integrators.turning.constraints.nearness import check_nearness
-from gudgeon.solver.integrators.turning.energy import inertia_factor, modal_parts, motion_of
+from gudgeon.solver.integrators.turning.energy import modal_parts, motion_of
+from gudgeon.solver.integrators.turning.moving_rest import HEAVY, Moment, Shapes, stiff, without_rates
 from gudgeon.solver.integrators.turning.rotation import rotation_vectors
 from gudgeon.solver.joints.coupled import Driven
 
@@ -45,9 +46,6 @@ NEARER = (0.1, 0.01)
 LOST, NOTED = 0.5, 0.05
 """Share of its motion that a body loses where the joints are closed again and leave none of any size, and motion over
 the largest one from which on a body is looked at: along a path, what goes is of second order."""
-HEAVY = 1e9
-"""Factor on the mass of bodies whose velocity is given, and on the inertia of those whose angular velocity is given,
-while the others are found."""
 
 
 class Start(NamedTuple):
@@ -60,22 +58,23 @@ class Start(NamedTuple):
     notes: list[str]
 
 
-def start_of(linkage: Linkage, model: Model, work: Work, drives: np.ndarray) -> Start:
+def start_of(linkage: Linkage, model: Model, work: Work, moment: Moment) -> Start:
     """Return the start of a mechanism.
 
     Args:
-        drives: Places, rates and second rates of the drives at the start, (d, 3).
+        moment: Drives and loads at the start.
 
     Raises:
         SceneError: the joints cannot be closed, the position is singular, or a drive contradicts the joints.
     """
     state = _placed(linkage, model, work)
+    drives = moment.drives
     if not len(model.row_terms):
-        return Start(state, 0, 0, [])
+        return Start(state, 0, 0, _shaped(linkage, model, work, state, moment))
     size, placed = reach_of(linkage), state.copy()
     check_nearness(linkage.names, linkage.centres, size)
     # First as rigid bodies, where the joints can be closed so.
-    if model.elastic[:, 0].any() and not _closes(_stiff(model), work, state, drives):
+    if model.elastic[:, 0].any() and not _closes(stiff(model), work, state, drives):
         state[:] = placed
     _assemble(linkage, model, work, state, drives)
     notes = [
@@ -90,21 +89,24 @@ def start_of(linkage: Linkage, model: Model, work: Work, drives: np.ndarray) -> 
     loaded = np.array([_rates_given(linkage, name) for name in linkage.names])
     if loaded.any() and not loaded.all():
         heavy = np.where(loaded, HEAVY, 1.0)
-        heavier = _heavier(_stiff(model), heavy)
+        heavier = _heavier(stiff(model), heavy)
         for _ in range(2):  # The second time, what the first one left of 1/HEAVY.
             for b, kind in zip(*np.nonzero(loaded), strict=True):
                 start = WIDTH * b + (SPEED, SPIN)[kind]
                 state[start : start + 3] = prescribed[start : start + 3]
-            _without_rates(model, work, state)
+            without_rates(model, work, state)
             _scale_momenta(model, state, heavy[:, 1])
             core.Turning(heavier, work).match(state, drives)
             _scale_momenta(model, state, 1 / heavy[:, 1])
     if model.elastic[:, 0].any():
-        _without_rates(model, work, state)
-        core.Turning(_stiff(model), work).match(state, drives)
-        _without_rates(model, work, state)
+        without_rates(model, work, state)
+        core.Turning(stiff(model), work).match(state, drives)
+        without_rates(model, work, state)
+    matched = state.copy()
+    core.Turning(model, work).match(matched, drives)
+    notes += [*_changed(linkage, model, work, prescribed, matched), *_bending(linkage, model, work)]
+    notes += _shaped(linkage, model, work, state, moment)
     core.Turning(model, work).match(state, drives)
-    notes += [*_changed(linkage, model, work, prescribed, state), *_bending(linkage, model, work)]
     m = len(model.row_terms)
     if rank == 6 * len(linkage.names) and not linkage.drives and not model.elastic[:, 0].any():
         notes.append(f"the joints leave no motion: their {m} rows hold all {rank} motions of the bodies")
@@ -115,6 +117,18 @@ def start_of(linkage: Linkage, model: Model, work: Work, drives: np.ndarray) -> 
             " load are those of least norm"
         )
     return Start(state, m, rank, notes)
+
+
+def _shaped(linkage: Linkage, model: Model, work: Work, state: np.ndarray, moment: Moment) -> list[str]:
+    """Give bodies that deform the shapes of the rigid motion; return a note where there are none."""
+    if linkage.system.scene.run.start == "undeformed" or not model.elastic[:, 0].any():
+        return []
+    if Shapes(model, work).start(state, moment):
+        return []
+    return [
+        "run.start: no stable shapes of the bodies were found that follow the joints, loads and rotation at the start;"
+        " they start undeformed, and vibrate from there"
+    ]
 
 
 def _placed(linkage: Linkage, model: Model, work: Work) -> np.ndarray:
@@ -131,13 +145,8 @@ def _placed(linkage: Linkage, model: Model, work: Work) -> np.ndarray:
             speed,
             body.morph.inertia @ omega,
         )
-    _without_rates(model, work, state)
+    without_rates(model, work, state)
     return state
-
-
-def _stiff(model: Model) -> Model:
-    """Return a model whose elastic coordinates hardly move: their mass is larger."""
-    return model._replace(modal_root=model.modal_root * np.sqrt(HEAVY))
 
 
 def _heavier(model: Model, factors: np.ndarray) -> Model:
@@ -157,18 +166,6 @@ def _scale_momenta(model: Model, state: np.ndarray, factors: np.ndarray) -> None
     for b, factor in enumerate(factors):
         state[WIDTH * b + SPIN : WIDTH * b + SPIN + 3] *= factor
         modal_parts(model, state, b)[1][:] *= factor
-
-
-def _without_rates(model: Model, work: Work, state: np.ndarray) -> None:
-    """Set the modal momenta such that no elastic coordinate changes, and the spins that the angular velocities have."""
-    for b in map(int, np.flatnonzero(model.elastic[:, 0])):
-        core.Turning(model, work).observe(state)
-        m, spin = int(model.elastic[b, 0]), slice(WIDTH * b + SPIN, WIDTH * b + SPIN + 3)
-        turn, L = work.turn[b], inertia_factor(model, work, b)
-        omega = np.linalg.solve((L @ L.T)[m:, m:], turn.T @ state[spin])
-        momenta = L @ (L.T @ np.concatenate([np.zeros(m), omega]))
-        state[spin] = turn @ momenta[m:]
-        modal_parts(model, state, b)[1][:] = momenta[:m]
 
 
 def _rates_given(linkage: Linkage, name: str) -> tuple[bool, bool]:

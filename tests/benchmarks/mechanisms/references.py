@@ -26,7 +26,7 @@ TURNS = 2
 """Of the crank of M6, whose samples are a hundredth of one."""
 CRANK = {"run.duration": TURNS * 2 * np.pi / 150, "run.samples": 100 * TURNS, "run.frames": 2}
 LINEAR = {"body.rod.geometric_stiffness": False, "run.duration": 2 * np.pi / 150, "run.samples": 100}
-CHAIN = {"run.duration": 5e-3, "run.samples": 20, "run.frames": 2}
+CHAIN = {"run.duration": 5e-3, "run.samples": 20, "run.frames": 2, "run.start": "undeformed"}
 BEAMS = 20
 ACCURACIES = (1e-4, 1e-8)
 FINE = 1e-10

@@ -39,6 +39,7 @@ component.b.modes = { reduction = "row-craig-bampton", normal_count = 0, fixed_c
 body.b = { angular_velocity = [0, 250, 0], velocity = [0, 0, -12.5], damping = { beta = 6e-6 } }
 joint.j = { kind = "revolute", body = "b", interface = "root", axis = [0, 1, 0] }
 run.duration = 1e-3
+run.start = "undeformed"
 """
 """An elastic arm that turns about its root from the undeformed shape: its stretch rings in the force of the pin."""
 BALL = """

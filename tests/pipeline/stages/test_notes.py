@@ -36,7 +36,7 @@ PHRASES = {
     "short beams": "geometry.theory",
 }
 """What each note says, as tests expect it; empty where the text is given by the solver."""
-UNSEEN = {"edges", "grid error", "probes", "ringing"}
+UNSEEN = {"edges", "grid error", "probes"}
 """Notes that no scene of the tests shows."""
 
 
