@@ -5,8 +5,6 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.model import (
@@ -145,6 +143,9 @@ def _nodes(blocks: Sequence[Block]) -> np.ndarray:
 
 def _pieces(deck: Deck, solids: Sequence[Block]) -> np.ndarray:
     """Return the connected piece of each element, block by block, counted from 0 in this order, (e,)."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     corners = [np.searchsorted(deck.labels, block.nodes[:, : block.cell.shape.corners]) for block in solids]
     leads = np.concatenate([np.repeat(nodes[:, 0], nodes.shape[1]) for nodes in corners])
     ends, size = np.concatenate([nodes.ravel() for nodes in corners]), len(deck.labels)
