@@ -46,6 +46,8 @@ def printed_values(text: str) -> Iterator[tuple[str, float]]:
         if not line.startswith(" "):
             group, *columns = re.split(r" {2,}", line)
             continue
+        if line.startswith("  layer: "):
+            continue
         if columns:
             cells = line[32:]
             errors = zip(columns, (cells[11 * k : 11 * k + 11].strip() for k in range(len(columns))), strict=True)

@@ -20,7 +20,7 @@ class Family:
             designs: Their modal records, of solids, with shapes and static responses.
         """
         self.base = targets[0]
-        columns = [np.concatenate([design.shapes, _responses(design)], axis=2) for design in designs]
+        columns = [_displacements(design) for design in designs]
         basis = np.concatenate(columns, axis=2).reshape(len(self.base.model.held), -1)
         self.basis = basis @ independent(basis.T @ (self.base.model.K @ basis))
         """V, K-orthonormal in the first design, (dofs, v)."""
@@ -78,6 +78,10 @@ def modal_rows(modal: ModalRecord) -> np.ndarray:
     return rows
 
 
-def _responses(modal: ModalRecord) -> np.ndarray:
+def _displacements(modal: ModalRecord) -> np.ndarray:
+    """Return the shapes and static responses of a record with both, (n, 3, m + k)."""
+    assert modal.shapes is not None
     responses = modal.static_responses
-    return np.empty((len(modal.shapes), 3, 0)) if responses is None else responses.shapes
+    if responses is None or responses.shapes is None:
+        return np.asarray(modal.shapes)
+    return np.concatenate([modal.shapes, responses.shapes], axis=2)

@@ -185,7 +185,7 @@ def _safe_share(mesh: MeshRecord, nodes: np.ndarray) -> float:
     """Return the largest share of a movement of the nodes to (n, 3) that inverts no element, by bisection to 1/1024."""
     safe, inverted = 0.0, 1.0
     while inverted - safe > 1 / 1024:
-        share = 0.5 * (safe + inverted)
-        moved = replace(mesh, nodes=mesh.nodes + share * (nodes - mesh.nodes))
-        safe, inverted = (share, inverted) if nodal_jacobians(moved)[:, 0].min() > 0 else (safe, share)
+        middle = 0.5 * (safe + inverted)
+        moved = replace(mesh, nodes=mesh.nodes + middle * (nodes - mesh.nodes))
+        safe, inverted = (middle, inverted) if nodal_jacobians(moved)[:, 0].min() > 0 else (safe, middle)
     return safe

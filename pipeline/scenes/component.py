@@ -114,10 +114,11 @@ class Meshed(Strict):
     @field_validator("geometry")
     @classmethod
     def _has_a_unit(cls, value: Geometry) -> Geometry:
-        stated = getattr(value, "path", "").lower().endswith(STATING_UNITS)
+        path = getattr(value, "path", "")
+        stated = path.lower().endswith(STATING_UNITS)
         if value.kind in MESH_FILES and "unit" not in value.model_fields_set and not stated:
             raise ValueError(
-                f"unit is missing; '{value.path}' states no unit of length: give the metres per unit, 0.001 for mm or"
+                f"unit is missing; '{path}' states no unit of length: give the metres per unit, 0.001 for mm or"
                 " 1.0 for m"
             )
         return value

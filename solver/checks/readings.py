@@ -42,15 +42,7 @@ def readings(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
         histories[f"{name}.force"] = joint.force
     for name, values in trajectory.gauges.items():
         histories[name] = values.reshape(len(values), -1)
-    untouched = bool(system.contacts) and not any(np.any(c.force) for c in trajectory.contacts.values())
-    for name, motion in () if untouched else trajectory.motion.items():
-        histories |= {f"{name}.{kind}": motion[:, 3 * i : 3 * i + 3] for i, kind in enumerate(MOTIONS)}
-        if system.contacts:  # An impact a little later is another velocity for a moment: what is printed is the end's.
-            scales = _scales(system, trajectory, name)
-            for kind in MOTIONS:
-                histories[f"{name}.{kind}"] = ends = _at_end(histories[f"{name}.{kind}"])
-                if _size(ends) <= AT_REST * scales[kind]:
-                    del histories[f"{name}.{kind}"]
+    histories |= _motions(system, trajectory)
     # Joints whose forces all pass through their points have moments of round-off.
     pulls = [_size(joint.force) for joint in trajectory.joints.values()]
     levers = [body.gyration for body in system.bodies.values()]
@@ -60,6 +52,23 @@ def readings(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
         if quantity in NUMBERS and abs(entry["value"]) >= silent.get(quantity, 0.0):
             histories[name] = np.array([[entry["value"]]])
     return histories | _under_moving_forces(system, trajectory)
+
+
+def _motions(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """Return the motions of bodies: those that contacts could touch at the end alone, and none where nothing touches.
+
+    An impact a little later is another velocity for a moment: what is printed is the end's.
+    """
+    untouched = bool(system.contacts) and not any(np.any(c.force) for c in trajectory.contacts.values())
+    histories = {}
+    for name, motion in () if untouched else trajectory.motion.items():
+        along = {kind: motion[:, 3 * i : 3 * i + 3] for i, kind in enumerate(MOTIONS)}
+        if system.contacts:
+            scales = _scales(system, trajectory, name)
+            ends = {kind: _at_end(values) for kind, values in along.items()}
+            along = {kind: values for kind, values in ends.items() if _size(values) > AT_REST * scales[kind]}
+        histories |= {f"{name}.{kind}": values for kind, values in along.items()}
+    return histories
 
 
 def _scales(system: System, trajectory: Trajectory, name: str) -> dict[str, float]:

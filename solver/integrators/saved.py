@@ -12,7 +12,7 @@ def live_arrays(value: object, name: str) -> dict[str, np.ndarray]:
     """Return the arrays of a named tuple, and of those within it, that may be written, by their names."""
     if isinstance(value, np.ndarray):
         return {name: value} if value.flags.writeable and value.size else {}
-    members = value._asdict() if isinstance(value, tuple) and hasattr(value, "_asdict") else {}
+    members: dict[str, object] = getattr(value, "_asdict", dict)()
     return {
         path: array
         for key, member in members.items()

@@ -192,9 +192,11 @@ def _start(scene: Scene, bodies: dict[str, FlexibleBody], size: int) -> np.ndarr
         velocity[body.rigid] = body.rigid_velocity(target[:3], target[3:])
         lacking = np.abs(body.centre_motion(velocity[body.rigid]) - target).reshape(2, 3).max(axis=1)
         radius = np.sqrt(np.trace(body.morph.inertia) / body.morph.mass)
-        sizes = np.abs([target, [*start.velocity, *start.angular_velocity]]).max(axis=0).reshape(2, 3).max(axis=1)
+        sizes = (
+            np.abs(np.array([target, [*start.velocity, *start.angular_velocity]])).max(axis=0).reshape(2, 3).max(axis=1)
+        )
         # Round-off of one motion is in the other, too, by the radius of gyration.
-        allowed = 1e-6 * sizes + 1e-9 * sizes[::-1] * [radius, 1 / radius if radius > 0 else 0.0]
+        allowed = 1e-6 * sizes + 1e-9 * sizes[::-1] * np.array([radius, 1 / radius if radius > 0 else 0.0])
         for key, missed, limit in zip(("velocity", "angular_velocity"), lacking, allowed, strict=True):
             if missed > limit:
                 raise SceneError(

@@ -39,7 +39,7 @@ def read_exodus(path: str, scope: Scope) -> Deck:
         InputError: it is missing, damaged, or no Exodus II.
     """
     try:
-        return _deck(path, *read_variables(path, _wanted))
+        return _deck(path, *read_variables(path, _is_read))
     except InputError:
         raise
     except Exception as error:  # Readers of binary files raise anything.
@@ -47,7 +47,7 @@ def read_exodus(path: str, scope: Scope) -> Deck:
         raise InputError(f"{path}: cannot be read as Exodus II ({reason})") from None
 
 
-def read_variables(path: str, wanted: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def read_variables(path: str, selects: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Return the variables of a file whose names are wanted, and the type of each block of elements.
 
     Raises:
@@ -60,30 +60,30 @@ def read_variables(path: str, wanted: Callable[[str], bool]) -> tuple[dict[str, 
         raise InputError(f"{path}: {error.strerror}; allowed: a file of Exodus II") from None
     if magic[:3] != CLASSIC and magic != HDF5:
         raise InputError(f"{path}: is neither classic netCDF nor HDF5; allowed: a file of Exodus II")
-    return (_classic if magic[:3] == CLASSIC else _hdf5)(path, wanted)
+    return (_classic if magic[:3] == CLASSIC else _hdf5)(path, selects)
 
 
-def _classic(path: str, wanted: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def _classic(path: str, selects: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     from scipy.io import netcdf_file
 
     with netcdf_file(path, "r", mmap=False) as file:
-        arrays = {name: np.array(variable.data) for name, variable in file.variables.items() if wanted(name)}
+        arrays = {name: np.array(variable.data) for name, variable in file.variables.items() if selects(name)}
         types = {name: _text(getattr(v, "elem_type", b"")) for name, v in file.variables.items()}
     return arrays, types
 
 
-def _hdf5(path: str, wanted: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def _hdf5(path: str, selects: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     import h5py
 
     with h5py.File(path, "r") as file:
         arrays = {
-            name: np.asarray(file[name]) for name in file if wanted(name) and isinstance(file[name], h5py.Dataset)
+            name: np.asarray(file[name]) for name in file if selects(name) and isinstance(file[name], h5py.Dataset)
         }
         types = {name: _text(file[name].attrs.get("elem_type", b"")) for name in file}
     return arrays, types
 
 
-def _wanted(name: str) -> bool:
+def _is_read(name: str) -> bool:
     return name.startswith(("coord", "connect", "node_ns", "elem_ss", "side_ss", "node_num_map", "elem_num_map")) or (
         name in ("eb_names", "ns_names", "ss_names", "eb_prop1", "ns_prop1", "ss_prop1")
     )

@@ -35,5 +35,5 @@ def read_reduced(path: str, names: tuple[str | None, str | None]) -> Given:
     modal = rows[:, 0] <= 0
     labelled = np.column_stack([rows[:, 0], rows[:, 1] - 1])
     labelled[modal] = np.column_stack([-1 - np.arange(modal.sum()), np.full(modal.sum(), SCALAR)])
-    matrices = (checked_symmetric(sparse.csr_matrix(A), path) for A in (K, M))
-    return Given(*matrices, labelled)
+    K, M = (checked_symmetric(sparse.csr_matrix(A), path) for A in (K, M))
+    return Given(K, M, labelled)

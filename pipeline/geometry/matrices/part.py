@@ -54,4 +54,6 @@ class Matrices(Strict):
 
         model = self.model or self.stiffness
         refuse_both(self.part, self.instance, model)
-        return read_matrices(MatrixFiles(**self.model_dump(mode="json", exclude={"kind"}) | {"model": model}))
+        given = self.model_dump(mode="json", exclude={"kind"})
+        given["model"] = model
+        return read_matrices(MatrixFiles(**given))

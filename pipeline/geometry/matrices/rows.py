@@ -99,7 +99,8 @@ def to_basic_axes(files: MatrixFiles, matrices: Given, dofs: np.ndarray, model: 
             if all(row is None for row in rows):
                 continue
             _refuse_partial(files, rows, int(model.labels[node]), axes)
-            T[np.ix_(rows, rows)] = axes[node].T
+            complete = [row for row in rows if row is not None]
+            T[np.ix_(complete, complete)] = axes[node].T
     T = sparse.csr_matrix(T)
     return matrices._replace(K=sparse.csr_matrix(T.T @ matrices.K @ T), M=sparse.csr_matrix(T.T @ matrices.M @ T))
 

@@ -96,7 +96,7 @@ class Shapes:
 
     def settle(self, state: np.ndarray, moment: Moment) -> bool:
         """Give the bodies of a state their shapes; False where none are found: the state is then as it was."""
-        before, changes, shapes = state.copy(), [], []
+        before, changes, shapes, worst = state.copy(), [], [], np.inf
         for _ in range(STEPS):
             shape = self._shape(state)
             changes.append(self._change(state, moment))
