@@ -14,7 +14,7 @@ import numpy as np
 from gudgeon.modaldb.records.trajectory import BEGINS, ENDS, IMPULSE, WINDOWED, Trajectory
 from gudgeon.solver.checks.basis import REBOUND, fastest_body
 from gudgeon.solver.checks.readings import changes, readings
-from gudgeon.solver.integrators.steps import Plan, plan_run
+from gudgeon.solver.integrators.steps import Plan, on_laws_alone, plan_run
 from gudgeon.solver.result import Result, RunStopped
 from gudgeon.solver.system.system import System
 
@@ -36,8 +36,8 @@ AT_ONCE = 1e-6
 window has: these times have the order of the integrator."""
 LONGER = 1.5
 """Ratio of two steps from which on their runs are compared."""
-RESOLVED = 0.5
-"""dt·ω_c of the larger of two steps up to which they resolve contact."""
+RESOLVED, RESOLVED_LAWS = 0.5, 1.0
+"""dt·ω_c of the larger of two steps up to which they resolve contact; where a law sets its duration."""
 STATED = 0.1
 """Error of the steps, above the default of run.accuracy at every step tried, up to which a run states it: of long
 trains of impacts, which amplify small differences. Above it, and of an accuracy that is asked for, it is a failure."""
@@ -178,7 +178,8 @@ def _bound(system: System, plan: Plan) -> tuple[float, bool]:
     accuracy = system.scene.run.accuracy or ACCURACY
     if plan.name != "small" or not (system.scene.general and system.contacts):
         return accuracy, False
-    return 0.5 * accuracy, plan.step * plan.critical > RESOLVED
+    laws_alone = on_laws_alone(system, system.compliance.diagonal())
+    return 0.5 * accuracy, plan.step * plan.critical > (RESOLVED_LAWS if laws_alone else RESOLVED)
 
 
 def with_step_estimates(

@@ -46,7 +46,7 @@ class MeshSettings(Strict):
         " not used for mesh files and rigid bodies",
     )
     nodes: int = Field(
-        default=NODES, ge=1000,
+        default=NODES, ge=1000, le=100_000_000,
         description="Nodes of the mesh of a CAD part at most, from which its size follows where it is left out",
     )  # fmt: skip
 

@@ -183,7 +183,7 @@ def largest_factor(system: System, integrator: type[Integrator]) -> float:
     if not len(system.gap):
         return min(integrator.largest, UNTOUCHED)
     largest = min(integrator.largest, integrator.sticking) if sticks(system) else integrator.largest
-    if integrator.resolving is None or not _on_laws_alone(system, system.residual.diagonal()):
+    if integrator.resolving is None or not on_laws_alone(system, system.residual.diagonal()):
         return largest
     return min(largest, integrator.resolving)
 
@@ -196,14 +196,14 @@ def step_factor(system: System, integrator: type[Integrator], critical: float) -
         critical: ω_c [rad/s].
     """
     resolving = (
-        integrator.resolving if system.scene.impulsive or _on_laws_alone(system, system.compliance.diagonal()) else None
+        integrator.resolving if system.scene.impulsive or on_laws_alone(system, system.compliance.diagonal()) else None
     )
     if resolving is None or system.scene.run.duration * critical / resolving * len(system.gap) > MANY:
         return integrator.step_factor
     return resolving
 
 
-def _on_laws_alone(system: System, compliance: np.ndarray) -> bool:
+def on_laws_alone(system: System, compliance: np.ndarray) -> bool:
     """Return whether a law is the only compliance of a contact point: it sets the duration of contact.
 
     Args:

@@ -175,7 +175,7 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ),
         (
             "component.skirt.change.update=reuze",
-            "component.skirt.change.update: 'reuze' given; did you mean 'reuse'? input should be 'reuse' or",
+            "component.skirt.change.update: 'reuze' given; did you mean 'reuse'? input should be 'reuse', 'certified' or",
         ),
         (f"{THRUST}.sector_deg=[45, -45]", f"{THRUST}: sector_deg is [45.0, -45.0]; the first value must be below"),
         (f"{THRUST}.sector_deg=[nan, 45]", f"{THRUST}.sector_deg"),
@@ -562,7 +562,7 @@ def meshed(case: Case) -> Case:
     whole = meshio.Mesh(mesh.nodes, [("tetra10", mesh.cells)])
     whole.write(case.scene / "part.msh", file_format="gmsh22", binary=False)
     shape = "{ skirt = { kind = 'cylinder', radius = 0.04296, axis = [0.0, 0.0, 1.0], origin = [0.0, 0.0, 0.0] } }"
-    case.edit(GEOMETRY, f"geometry = {{ kind = 'file', path = 'part.msh', surfaces = {shape} }}")
+    case.edit(GEOMETRY, f"geometry = {{ kind = 'file', path = 'part.msh', unit = 1.0, surfaces = {shape} }}")
     return case
 
 

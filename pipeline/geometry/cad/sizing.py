@@ -41,7 +41,9 @@ class Edge(NamedTuple):
     def size(self, size: float, around: int) -> float:
         """Return the size of its elements in a mesh of a size."""
         fine = float(np.clip(_turned(self.curvature, around), FINEST * size, size)) if self.acted else size
-        return min(fine, self.length or size, float(np.clip(_turned(self.blend, around), COARSE * size, size)))
+        # Elements grow within a few rows beside an edge that is shorter than the finest of them.
+        longest = max(self.length, FINEST * size)
+        return min(fine, longest, float(np.clip(_turned(self.blend, around), COARSE * size, size)))
 
 
 class Sizing(NamedTuple):

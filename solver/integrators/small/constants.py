@@ -109,7 +109,8 @@ def _paired(system: System, ports: Ports, columns: np.ndarray, responds: np.ndar
 
 def _turned(pairs: Pairs, residual: np.ndarray, moving: list[str]) -> np.ndarray:
     """Return the tables of R, (s, t), by rows of what acts, where contacts move over traction spaces, else none."""
-    return np.array([pairs.turned(side) for side in residual if moving]).reshape(-1, pairs.size)
+    sides = residual if moving else residual[:0]
+    return np.array([pairs.turned(side) for side in sides]).reshape(len(sides), pairs.size)
 
 
 def _idles(system: System, ports: Ports, rigid: np.ndarray) -> bool:
