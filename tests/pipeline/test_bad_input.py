@@ -175,7 +175,7 @@ def refused(case: Case, capsys: Capture, command: list[str], *, where: Path | st
         ),
         (
             "component.skirt.change.update=reuze",
-            "component.skirt.change.update: 'reuze' given; did you mean 'reuse'? input should be 'reuse', 'certified' or",
+            "component.skirt.change.update: 'reuze' given; did you mean 'reuse'? input should be 'reuse',",
         ),
         (f"{THRUST}.sector_deg=[45, -45]", f"{THRUST}: sector_deg is [45.0, -45.0]; the first value must be below"),
         (f"{THRUST}.sector_deg=[nan, 45]", f"{THRUST}.sector_deg"),

@@ -40,7 +40,7 @@ def test_every_example_is_such_a_table(title: str) -> None:
             "contact.wall.friction: 0.2 given; allowed: a table of static, kinetic, direction, speed, stiffness, such"
             " as friction = { static = 0.2 }",
         ),
-        ("component.rod.mesh=0.004", "mesh: 0.004 given; allowed: a table of size, nodes, such as mesh = { size = 0.004 }"),
+        ("component.rod.mesh=0.004", "mesh: 0.004 given; allowed: a table of size, nodes, such as mesh = { size ="),
         ("contact.wall.against=3", f"contact.wall.against: 3 given; allowed: a table, such as {PLANE}"),
         ("contact=3", "contact: 3 given; allowed: a table contact.NAME for each, such as contact.part = { body ="),
         ('force.push={kind="force",body="rod"}', "force.push.direction: is missing; give three numbers [x, y, z]"),
