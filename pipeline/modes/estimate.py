@@ -60,7 +60,7 @@ def error_energies(
     for cell_material, mesh, nodes in material_parts(model.mesh, material):
         u = displacements
         if mesh is not model.mesh:
-            u = model.by_node(displacements)[nodes].reshape(-1, displacements.shape[1])
+            u = model.by_node(displacements)[nodes].reshape(len(nodes) * len(model.directions), displacements.shape[1])
         incompressible = free and mesh is model.mesh and cell_material.nu >= INCOMPRESSIBLE
         projection = without_traction(model, cell_material) if incompressible else None
         energies = _energies(mesh, cell_material, geometry, u, projection)
