@@ -15,7 +15,7 @@ from tests.solver.features import FEATURES, keys_of, scene_of, store_of
 
 SHOWN = ("spring", "bushing")
 """Kinds of forces that a probe reads."""
-INTEGRATORS = {"implicit": {}, "event": {"integrator": "event", "step": None}}
+INTEGRATORS = {"small": {}, "event": {"integrator": "event", "step": None}}
 
 
 @pytest.fixture(scope="module")

@@ -36,8 +36,8 @@ def test_the_container_limits_the_memory(
 
 
 def test_a_run_beyond_the_memory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the figures of the container: 12 points of two bodies in 10 tables, and two matrices with friction."""
-    numbers = {0.0: 10 * 12**2 + 0.5 * 12**2, 0.3: 10 * 36**2 + 2 * 36**2}
+    """With the figures of the container: 12 points of two bodies in 12 tables, and two matrices with friction."""
+    numbers = {0.0: 12 * 12**2 + 0.5 * 12**2, 0.3: 12 * 36**2 + 2 * 36**2}
     for friction, needed in numbers.items():
         system = pair(tmp_path / str(friction), 12, 5, friction=friction)
         for spare, refused in ((0.99, True), (1.01, False)):
@@ -53,5 +53,5 @@ def test_a_run_beyond_the_memory_is_refused(tmp_path: Path, monkeypatch: pytest.
 def test_bodies_that_are_apart_need_no_more_than_their_pairs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """30 contacts of a chain in tables of neighbours."""
     system = chain(tmp_path, 31, 5)
-    monkeypatch.setattr(integrator, "total_memory", lambda: 8 * (10 * (3 * 30 - 2) + 0.5 * 30**2) / 0.8 + 1)
+    monkeypatch.setattr(integrator, "total_memory", lambda: 8 * (12 * (3 * 30 - 2) + 0.5 * 30**2) / 0.8 + 1)
     Small(system, 2e-7)

@@ -22,7 +22,7 @@ ROUND_OFF = 1e-9
 INTEGRATORS: dict[str, dict[str, Any]] = {
     "event": {"method": "residual"},
     "small": {"method": "residual", "surface_stiffness": 1e13},
-    "implicit, law": {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}},
+    "small, law": {"method": "penalty", "law": {"kind": "hertz", "stiffness": 1e9}},
 }
 
 
