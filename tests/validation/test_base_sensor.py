@@ -120,7 +120,7 @@ def test_gauges_of_a_body_in_a_mechanism(tmp_path: Path) -> None:
     inertia = 0.02 * 0.006**3 / 12, 0.006 * 0.02**3 / 12
     top = -moment[:, 1] * 0.003 / (2.1e11 * inertia[0])
     side = moment[:, 2] * 0.01 / (2.1e11 * inertia[1])
-    assert np.abs(top).max() > 1e-4
+    assert np.abs(top).max() > 5e-5  # It does not ring.
     for name, expected in (("arm.top", top), ("arm.side", side)):
         np.testing.assert_allclose(found.gauges[name], expected, atol=0.01 * np.abs(expected).max())
 

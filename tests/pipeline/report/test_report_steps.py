@@ -53,7 +53,7 @@ def test_a_step_that_is_not_found_is_said(job: Job, monkeypatch: pytest.MonkeyPa
     (setting,), notes = with_steps(job, [Setting("a", {})], silent)
     assert setting.changes == {"run": {"checks": False}}
     assert notes == [
-        "Step of implicit, from 'a': the first one of the integrator is used, its error is not estimated: stopped at 3%"
+        "Step of small, from 'a': the first one of the integrator is used, its error is not estimated: stopped at 3%"
         " of the duration"
     ]
 

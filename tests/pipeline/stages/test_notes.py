@@ -12,6 +12,7 @@ PHRASES = {
     "found interfaces": "were found,",
     "left out": "is left out: ",
     "units": "give a wave speed",
+    "certified modes": "estimated errors: ",
     "deck materials": "the deck's material has",
     "grid error": "the estimated error of the grid of poses is",
     "ringing": "is that of a vibration, which rings",
