@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.design_change.family import Family
 from gudgeon.pipeline.design_change.projection import Target
@@ -13,7 +14,7 @@ from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.reduction.acting import assembled, stacked
 from gudgeon.pipeline.reduction.couplings import weights_along
 from gudgeon.pipeline.reduction.methods import Method
-from gudgeon.pipeline.reduction.methods.carried import carried_macneal, target_of
+from gudgeon.pipeline.reduction.methods.carried import carried_macneal, spans_of, target_of
 from gudgeon.pipeline.scenes.component import Component
 
 KEPT = 2
@@ -39,8 +40,9 @@ def method_of(
 
     def family() -> Family:
         pairs = zip(stored, designs, strict=True)
-        targets = [_target(store, keys[0], design, name, requested) for keys, design in pairs]
-        return Family(targets, [base, *(store.get(keys[1], "modes") for keys in stored[1:])])
+        records = [base, *(store.get(keys[1], "modes") for keys in stored[1:])]
+        refuse_unlike(records, f"component.{name}.change.designs")
+        return Family([_target(store, keys[0], design, name, requested) for keys, design in pairs], records)
 
     keys = (store.location, *stored)
     members = _FAMILIES.get(keys) or family()
@@ -49,6 +51,16 @@ def method_of(
     while len(_FAMILIES) > KEPT:
         _FAMILIES.popitem(last=False)
     return carried_macneal(members, base, [keys[1] for keys in stored], component.change.tolerance)
+
+
+def refuse_unlike(records: Sequence[ModalRecord], scene_key: str) -> None:
+    """Raise an InputError where stored designs have other contact points, or functions of them, than the first."""
+    for k, record in enumerate(records):
+        if spans_of(record) != spans_of(records[0]):
+            raise InputError(
+                f"{scene_key}: design {k + 1} has {record.row_count} rows of interfaces, the first one"
+                f" {records[0].row_count}: it moves contact points across an edge of their sector; leave it out"
+            )
 
 
 def _target(store: Store, mesh_key: str, design: Component, name: str, requested: dict[str, Any]) -> Target:

@@ -29,7 +29,7 @@ def carried_macneal(
     """
     responses = base.static_responses
     columns = {} if responses is None else responses.columns
-    spans = _listed(base.interface_rows), _listed(base.tangential_spans)
+    spans = spans_of(base)
 
     def reduction(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Reduction:
         target = target_of(model, rows, settings.normal_count)
@@ -43,6 +43,11 @@ def carried_macneal(
         return replace(completed, quality=quality)
 
     return reduction
+
+
+def spans_of(record: ModalRecord) -> tuple[dict[str, list[int]], dict[str, list[int]]]:
+    """Return the first and last + 1 of the rows of each interface, and of the tangential ones."""
+    return _listed(record.interface_rows), _listed(record.tangential_spans)
 
 
 def _listed(spans: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:

@@ -1,5 +1,6 @@
 """Modes from stored designs: the way that is taken, its estimates against recomputed modes, and what is refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from gudgeon.modaldb.records.modes import DESIGN, ModalRecord
 from gudgeon.pipeline.design_change.family import flexibility_of
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.reduction.designs import refuse_unlike
 from tests.pipeline.small import write_scene
 
 CHANGE = "component.skirt.change"
@@ -99,3 +101,11 @@ def test_bad_input(place: Path, settings: dict[str, object], message: str) -> No
     with pytest.raises(InputError, match=message):
         run(place, set=settings, db=place / "db", out=place / "none", until="modes")
     assert not (place / "none" / "summary.json").exists()
+
+
+def test_stored_designs_with_other_contact_points_are_named(place: Path) -> None:
+    modal, _ = solved(place, {})
+    other = replace(modal, interface_rows={name: [0, 1] for name in modal.interface_rows})
+    refuse_unlike([modal, modal], "component.skirt.change.designs")
+    with pytest.raises(InputError, match=r"component\.skirt\.change\.designs: design 2 has "):
+        refuse_unlike([modal, other], "component.skirt.change.designs")
