@@ -230,17 +230,29 @@ def main():
         "frames = 100",
         "gravity = [0.0, 0.0, -9.81]",
         'integrator = "turning"',
+    ]
+    sagging = [
+        'start = "undeformed"                         # the base sags from t = 0 on, and the arm rocks on it',
         "",
     ]
     for name, kind in (("robot-plate", "a plate"), ("robot-solid", "a solid plate")):
-        on_plate = [*lines, *plate_tables(name == "robot-solid"), *bodies, *hinges, *clamps(), *contacts, *tail]
+        on_plate = [
+            *lines,
+            *plate_tables(name == "robot-solid"),
+            *bodies,
+            *hinges,
+            *clamps(),
+            *contacts,
+            *tail,
+            *sagging,
+        ]
         text_on_plate = "\n".join(on_plate).replace("three load cells", f"{kind} with strain gauges", 1)
         (HERE / f"{name}.toml").write_text(text_on_plate)
     component, posted, held, read = posts()
-    on_posts = [*lines, *component, *bodies, *posted, *hinges, *held, *contacts, *read, *tail]
+    on_posts = [*lines, *component, *bodies, *posted, *hinges, *held, *contacts, *read, *tail, *sagging]
     text_on_posts = "\n".join(on_posts).replace("three load cells", "three elastic load cells of the database", 1)
     (HERE / "robot-cells.toml").write_text(text_on_posts)
-    (HERE / "robot.toml").write_text("\n".join([*lines, *bodies, *hinges, *cells, *contacts, *probes, *tail]))
+    (HERE / "robot.toml").write_text("\n".join([*lines, *bodies, *hinges, *cells, *contacts, *probes, *tail, ""]))
 
 
 if __name__ == "__main__":
