@@ -40,7 +40,7 @@ NATIVE: list[Fault] = [
     ),
     *faults(
         "response", "solver/core/response/pairs.hpp", ["tests/solver/integrators/small/test_slides.py"],
-        ("add(along - x[0], first,", "add(x[0] - along, first,"),
+        ("along - x[0]", "x[0] - along"),
         ("state.slides.over[i] ? state.slides.free[i] : state.gap[i]", "state.gap[i]"),
     ),
     *faults(
