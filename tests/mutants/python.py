@@ -67,7 +67,8 @@ PYTHON: list[Fault] = [
     *faults(
         "estimates", "pipeline/design_change/ways/inverse.py", WAYS,
         ("return S + S.T - Y.T @ (F - R)", "return S"),
-        ("direction = Z + direction * (product / size if step else 0.0)", "direction = Z"),
+        ("direction = Z + direction * (product / size if step else 0.0)", "direction = Z",
+         "steepest descent settles, too, in more steps"),
     ),
     *faults(
         "estimates", "pipeline/design_change/estimate.py",
