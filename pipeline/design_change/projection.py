@@ -111,8 +111,12 @@ def _bordered(inner: np.ndarray, across: np.ndarray, outer: np.ndarray) -> np.nd
     return np.block([[inner, across], [across.T, outer]])
 
 
-def independent(stiffness: np.ndarray) -> np.ndarray:
-    """Return the combinations of columns with a stiffness (v, v) that are K-orthonormal, (v, w)."""
+def independent(stiffness: np.ndarray, least: float = INDEPENDENT) -> np.ndarray:
+    """Return the combinations of columns with a stiffness (v, v) that are K-orthonormal, (v, w).
+
+    Args:
+        least: Share of the largest of normalised columns below which a direction is dropped.
+    """
     scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
     strength, directions = linalg.eigh(0.5 * (stiffness + stiffness.T) * scale * scale[:, None])
     significant = strength > INDEPENDENT * strength.max(initial=0.0)
