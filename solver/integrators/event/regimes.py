@@ -185,11 +185,6 @@ def acceleration(linear: Linear) -> Probe:
     return Probe.of(linear.force - through @ linear.offsets, position, velocity)
 
 
-def all_open(system: System) -> Conditions:
-    """Return the conditions without contact."""
-    return Conditions(np.full(len(system.gap), Status.OPEN, np.int64), np.zeros(len(system.gap), np.int64))
-
-
 def at_start(system: System) -> Conditions:
     """Return the conditions of the static equilibrium at the start: rows are closed where they carry a force."""
     closed = system.start_forces > 0
