@@ -126,14 +126,14 @@ def test_the_runs_with_fewer_modes_and_with_one_more_take_the_same_steps(
         return found
 
     monkeypatch.setattr(solver, "_march", counted)
-    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(12), rod_scene(checks=True)))
     assert steps[-4:] == [(count, found.counts["step"]) for count in (13, 7, 4, 14)]
     assert "basis.impulse" in found.estimates
 
 
 def test_the_window_is_at_most_the_duration(tmp_path: Path) -> None:
     """Modes of a period that is longer than the run do not ask for more steps than it has."""
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["run"] |= {"duration": 1e-6}
     system = build(tmp_path, rod_records(2), scene)
     assert system.resolution > system.separation == 1e-6
@@ -142,7 +142,7 @@ def test_the_window_is_at_most_the_duration(tmp_path: Path) -> None:
 def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs, march = [], solver._march
     monkeypatch.setattr(solver, "_march", lambda *all_of_it: runs.append(all_of_it) or march(*all_of_it))
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["run"] |= {"checks": False, "window": 1e-5}
     assert not simulate(build(tmp_path, rod_records(12), scene)).estimates
     assert len(runs) == 1
@@ -152,7 +152,7 @@ def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_nothing_is_estimated_where_nothing_touches(tmp_path: Path) -> None:
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["body"]["part"]["velocity"] = [-1.0, 0.0, 0.0]
     assert not any(name.startswith("basis") for name in simulate(build(tmp_path, rod_records(12), scene)).estimates)
 
@@ -167,7 +167,7 @@ def test_a_failure_of_the_run_with_fewer_modes_is_an_error_of_one(
         return found if len(system.velocity) == 13 else replace(found, result=Result.CHATTER.name)
 
     monkeypatch.setattr(solver, "_march", fails)
-    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(12), rod_scene(checks=True)))
     assert found.result == Result.FINISHED.name
     assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
 
@@ -184,7 +184,7 @@ def test_a_run_with_fewer_modes_that_cannot_start_is_an_error_of_one_with_its_re
         raise {"nested": SceneError, "run": SolverError}[name]("contact.wall: no start")
 
     monkeypatch.setattr(*((basis_check, "nested") if name == "nested" else (solver, "_march")), refused)
-    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(12), rod_scene(checks=True)))
     assert found.result == Result.FINISHED.name
     assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
     assert found.counts[BASIS_REASON] == "contact.wall: no start"
@@ -192,7 +192,7 @@ def test_a_run_with_fewer_modes_that_cannot_start_is_an_error_of_one_with_its_re
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_body_with_one_elastic_coordinate_has_an_error_of_one_with_its_reason(tmp_path: Path, count: int) -> None:
-    found = simulate(build(tmp_path, rod_records(count), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(count), rod_scene(checks=True)))
     assert found.result == Result.FINISHED.name
     assert found.counts.get(BASIS_REASON) == (ONE_COORDINATE if count == 1 else None)
     assert (found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0) == (count == 1)
@@ -210,7 +210,7 @@ def test_bodies_without_elastic_coordinates_have_no_error_of_the_basis(tmp_path:
 
 
 def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> None:
-    scene = block_scene()
+    scene = block_scene(checks=True)
     scene["run"] |= {"gravity": [9.81, 0.0, 0.0]}
     found = simulate(build(tmp_path, block_records(5), scene))
     assert 0 < found.estimates["basis.impulse"] < 1
@@ -219,7 +219,7 @@ def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> Non
 
 def test_a_force_that_presses_at_rest_and_does_not_change_has_no_error_of_the_basis(tmp_path: Path) -> None:
     """Whatever the modes, it is the weight: impacts alone are shorter than modes resolve."""
-    scene = block_scene(duration=1e-5)
+    scene = block_scene(checks=True, duration=1e-5)
     scene["body"]["part"] = {}
     scene["contact"]["wall"]["against"]["point"] = [0.05, 0.0, 0.0]
     scene["run"] |= {"gravity": [9.81, 0.0, 0.0]}
