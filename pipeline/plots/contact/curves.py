@@ -16,7 +16,6 @@ from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, i
 from gudgeon.pipeline.plots.contact.located import Touch, touches
 
 ENERGIES = (("kinetic", style.BLUE), ("strain", style.ORANGE), ("contact", style.RED), ("dissipated", style.GREEN))
-WORK = "#7a4fa3"
 ROOM = 1.16
 """Height of axes with a contact's name, of those without."""
 ROUND_OFF = 1e-9
@@ -31,9 +30,10 @@ def draw_force(drawing: Drawing) -> None:
 
 def _force(drawing: Drawing) -> Figure:
     trajectory = drawing.trajectory
-    count = len(trajectory.contacts)
+    acting = [name for name, contact in trajectory.contacts.items() if contact.force.any()]
+    count = len(acting)
     located = {touch.name: touch for touch in touches(drawing)}
-    impulsive = all(touch.brief.all() for touch in located.values()) and len(located) == count
+    impulsive = all(touch.brief.all() for touch in located.values()) and set(located) >= set(acting)
     mixed = any(touch.impulsive and not touch.brief.all() for touch in located.values())
     height = style.HEIGHT if count == 1 else 300 + 550 * count
     title = "Contact impulse" if impulsive else "Contact force"
@@ -41,24 +41,29 @@ def _force(drawing: Drawing) -> Figure:
     panels = style.rows(figure, [1.0] * count, 0.45, (0.1, 0.91 if mixed else 0.965))
     span = _span(trajectory, list(located.values()))
     abscissa = style.over_time(trajectory.times, span)
-    for axes, name in zip(panels, trajectory.contacts, strict=True):
+    for axes, name in zip(panels, acting, strict=True):
         touch = located.get(name)
         if touch is not None and touch.impulsive:
             impact_axes(axes, touch, span)
         else:
-            normal = touch.direction if touch and drawing.scene["contact"][name].get("friction") is not None else None
-            reference = drawing.reference_force(name)
-            force_axes(axes, trajectory, name, abscissa.values, normal, reference=reference)
+            _contact_axes(axes, drawing, name, touch, abscissa.values)
         if count > 1:
             _name(axes, name)
     abscissa.finish(panels)
     return figure
 
 
+def _contact_axes(axes: Axes, drawing: Drawing, name: str, touch: Touch | None, abscissa: np.ndarray) -> None:
+    """Draw the force of a contact, with friction that along its normal, and its reference."""
+    normal = touch.direction if touch and drawing.scene["contact"][name].get("friction") is not None else None
+    reference = drawing.reference_force(name)
+    force_axes(axes, drawing.trajectory, name, abscissa, normal, reference=reference)
+
+
 def _cycle_force(drawing: Drawing) -> Figure:
     """Draw the contacts of a driven scene, the largest force first."""
     run = own_cycle(drawing)
-    names = hardest_first(run.trajectory.contacts)
+    names = [n for n in hardest_first(run.trajectory.contacts) if run.trajectory.contacts[n].force.any()]
     figure = style.new_figure("Contact force", drawing.scene_name)
     panels = style.rows(figure, [1.0] * len(names), 0.35)
     for axes, name in zip(panels, names, strict=True):
@@ -102,7 +107,9 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
             ends = [f"{time:.{decimals}f}" for time in (start["value"] * factor, end)]
             span = f"at {ends[0]}" if ends[0] == ends[1] else f"from {ends[0]} to {ends[1]}"
             texts.append(f"{label} {span} {unit}")
-    return "  ·  ".join(texts[:4])
+    open_contacts = [name for name, contact in trajectory.contacts.items() if not contact.force.any()]
+    still = [f"never closed: {', '.join(open_contacts)}"] if open_contacts else []
+    return "  ·  ".join([*texts[:4], *still])
 
 
 def draw_energy(drawing: Drawing) -> None:
@@ -191,7 +198,7 @@ def energy_curves(energies: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
     curves += [
         (n, c, energy) for (n, c), energy in zip(ENERGIES, energies.T, strict=False) if np.abs(energy).max() > round_off
     ]
-    return [*curves, ("work of loads", WORK, work)] if worked else curves
+    return [*curves, ("work of loads", style.VIOLET, work)] if worked else curves
 
 
 def balance(energies: np.ndarray) -> np.ndarray:

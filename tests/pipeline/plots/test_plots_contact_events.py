@@ -102,7 +102,7 @@ IMPACTS = {"flat": {"impacts": plots.PLOTS["flat"]["impacts"]}, "rendered": {}}
 NAMES = {
     "ball": ["force.png", "energy.png", "impacts.png"],
     "belt": ["force.png", "energy.png", "impacts.png"],
-    "beam": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "modes.png"],
+    "beam": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "modes.png", "impact.mp4"],
 }
 
 
