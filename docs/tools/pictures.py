@@ -87,7 +87,7 @@ def copy(source: Path, target: Path) -> None:
     if picture.width > WIDTH:
         picture = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
     target.parent.mkdir(parents=True, exist_ok=True)
-    picture.quantize(256, dither=Image.Dither.NONE).save(target, optimize=True, pnginfo=info)
+    picture.save(target, optimize=True, pnginfo=info)
 
 
 def copy_frame(film: Path, fraction: float, target: Path) -> None:

@@ -24,23 +24,33 @@ def fit(figure: Figure) -> None:
     canvas = FigureCanvasAgg(figure)
     for _ in range(FITS):
         canvas.draw()
-        boxes = [(artist.get_window_extent(canvas.get_renderer()), texts) for artist, texts in written(figure)]
-        cut_off = [(factor, texts) for box, texts in boxes if (factor := _fitting(figure, box)) < 1]
-        if not any([_fit_text(text, factor, len(texts) > 1) for factor, texts in cut_off for text in texts]):
+        fitted = []
+        for artist, texts in written(figure):
+            box = artist.get_window_extent(canvas.get_renderer())
+            if (factor := _fitting(figure, box)) < 1:
+                breaks = len(texts) == 1 and _too_wide(figure, box)
+                fitted += [_fit_text(text, factor, breaks) for text in texts]
+        if not any(fitted):
             return
 
 
-def _fit_text(text: Text, factor: float, grouped: bool) -> bool:
+def _too_wide(figure: Figure, box: Bbox) -> bool:
+    """Return whether a box [px] is beyond the left or the right border of a figure."""
+    width = figure.get_size_inches()[0] * figure.dpi
+    return box.x0 < BORDER * width or box.x1 > (1 - BORDER) * width
+
+
+def _fit_text(text: Text, factor: float, breaks: bool) -> bool:
     """Shorten a text's lines by a factor, or make it smaller, and return whether that was possible.
 
     Args:
-        grouped: It is one of a legend, whose lines are not broken.
+        breaks: Whether its lines may be broken; else it is only made smaller.
     """
     lines = text.get_text().splitlines()
     words = " ".join(lines).replace("  ·  ", "\xa0\xa0·  ")
     length = int(factor * max(map(len, lines)))
     broken = textwrap.wrap(words, max(length, LEAST_LINE), break_long_words=False, drop_whitespace=True)
-    if not grouped and len(broken) > len(lines) and text.get_rotation() == 0:
+    if breaks and len(broken) > len(lines) and text.get_rotation() == 0:
         text.set_text("\n".join(line.strip().replace("\xa0\xa0·", "  ·") for line in broken))
         return True
     size = max(float(text.get_fontsize()) * factor, LEAST_TEXT)

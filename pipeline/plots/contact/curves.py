@@ -11,7 +11,7 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.drive import Drive, frame_degrees, hardest_first, own_cycle, shown_angle
+from gudgeon.pipeline.plots.contact.drive import Cycle, Drive, frame_degrees, hardest_first, own_cycle, shown_angle
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count
 from gudgeon.pipeline.plots.contact.located import Touch, touches
 
@@ -64,17 +64,22 @@ def _cycle_force(drawing: Drawing) -> Figure:
     """Draw the contacts of a driven scene, the largest force first."""
     run = own_cycle(drawing)
     names = [n for n in hardest_first(run.trajectory.contacts) if run.trajectory.contacts[n].force.any()]
-    figure = style.new_figure("Contact force", drawing.scene_name)
+    texts = [_largest(drawing, run, name) for name in names]
+    figure = style.new_figure("Contact force", "  ·  ".join([drawing.scene_name, *filter(None, texts[:2])]))
     panels = style.rows(figure, [1.0] * len(names), 0.35)
     for axes, name in zip(panels, names, strict=True):
         force_axes(axes, run.trajectory, name, run.degrees, reference=drawing.reference_force(name))
-        text = name
-        if (strongest := hardest(run.trajectory, [name])) is not None:
-            angle = shown_angle(float(frame_degrees(drawing, run.drive)[strongest.frame]), 1)
-            text += f": largest force {style.quantity(strongest.force, 'N')} at {angle}°"
-        _name(axes, text)
+        _name(axes, name)
     run.abscissa.finish(panels)
     return figure
+
+
+def _largest(drawing: Drawing, run: Cycle, name: str) -> str:
+    """Return the largest force of a contact and its crank angle as text; empty of one that no frame shows closed."""
+    if (strongest := hardest(run.trajectory, [name])) is None:
+        return ""
+    angle = shown_angle(float(frame_degrees(drawing, run.drive)[strongest.frame]), 1)
+    return f"largest force of {name}: {style.quantity(strongest.force, 'N')} at {angle}°"
 
 
 def _name(axes: Axes, text: str) -> None:

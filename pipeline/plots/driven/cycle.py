@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.hardest import peak_force
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
 
@@ -55,7 +56,7 @@ def _picture(drawing: Drawing) -> Figure:
     joint = drawing.scene.get("joint", {}).get(drive.joint, {})
     speed = f"{joint['speed']:g} rev/min  ·  " if "speed" in joint else ""
     to = next((name for name, curve in runs[0].sides.items() if curve.sum() > 0), "the right")
-    subtitle = f"{drawing.scene_name}  ·  {speed}{runs[0].window}  ·  positive: upper end tilts, centre shifts to {to}"
+    subtitle = f"{drawing.scene_name}  ·  {speed}{runs[0].window}  ·  positive: towards {to}"
     figure = style.new_figure("Side force and motion over the cycle", subtitle)
     top = 1 - (185 + 42 * rows) / style.HEIGHT
     cycle_span = runs[0].span
@@ -155,7 +156,7 @@ def _label(run: Cycle) -> str:
     """Return a run's name with its largest force."""
     if not run.sides:
         return run.label
-    peaks = {name: float(np.abs(curve).max()) for name, curve in run.sides.items()}
+    peaks = {name: peak_force(run.trajectory, name) for name in run.sides}
     name = max(peaks, key=lambda key: peaks[key])
     angle = shown_angle(hardest_angle(run), 1)
     return f"{run.label}: {style.quantity(peaks[name], 'N')} on {name} at {angle}°"
