@@ -50,7 +50,7 @@ PICTURES: Mapping[str, Source] = {
     "gallery/elastic-slider-crank.png": Source("elastic-slider-crank", "mechanism.png"),
     "gallery/gears.png": Source("gears", "line-loads.png"),
     "gallery/pull-in.png": Source("pull-in/field.toml", "charge.png"),
-    "gallery/rods-3d.png": Source("rods-3d", "deformation-striker.png"),
+    "gallery/rods-3d.png": Source("rods-3d", "force.png"),
     "impacts.png": Source("beam-sphere", "impacts.png"),
     "stress.png": Source("skirt", "stress.png", ("component.skirt.gauge.skin.surface=skin",)),
     "mems-assembly.png": Source("mems-assembly", "impact.mp4@0.58"),

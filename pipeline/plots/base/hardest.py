@@ -73,6 +73,7 @@ def _of_contact(trajectory: Trajectory, name: str) -> Hardest | None:
     if trajectory.peak_times is not None and name in trajectory.peaks:
         time = float(trajectory.peak_times[trajectory.peaks[name]])
         frame = int(np.abs(trajectory.frame_times - time).argmin())
+        frame, time = _within_window(trajectory, name, frame, time)
         if contact.multipliers[frame].any():
             return Hardest(name, frame, time, peak_force(trajectory, name))
     # A record without kept states, or an impact within one sample.
@@ -81,6 +82,18 @@ def _of_contact(trajectory: Trajectory, name: str) -> Hardest | None:
     if f"{name}.force_peak" in trajectory.quantities:
         force = peak_force(trajectory, name)
     return Hardest(name, frame, float(trajectory.frame_times[frame]), force)
+
+
+def _within_window(trajectory: Trajectory, name: str, frame: int, time: float) -> tuple[int, float]:
+    """Return a frame and its time [s], or the closed frame nearest to `peak_time` where it is out of its window: a
+    single sample may reach highest elsewhere, as at a front."""
+    quantities = trajectory.quantities
+    when, window = (quantities.get(f"{name}.{key}") for key in ("peak_time", "force_window"))
+    closed = np.flatnonzero(trajectory.contacts[name].multipliers.any(axis=1))
+    if when is None or window is None or abs(time - when["value"]) <= window["value"]:
+        return frame, time
+    nearest = int(closed[np.abs(trajectory.frame_times[closed] - when["value"]).argmin()])
+    return nearest, float(trajectory.frame_times[nearest])
 
 
 def peak_force(trajectory: Trajectory, name: str) -> float:

@@ -1,5 +1,6 @@
 """One look: colours of the house, letters that are read, one largest force, ringing in grey, MAC with names."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,12 @@ def test_all_pictures_name_the_printed_peak(tmp_path: Path) -> None:
     assert strongest is not None
     assert strongest.force == peak
     assert style.quantity(peak, "N") in style.moment_text(strongest, trajectory)
+    # The frame that is shown lies at the time of that force, also where a single sample is higher elsewhere.
+    when = 0.5 * (trajectory.frame_times[3] + trajectory.frame_times[4])
+    later = {"wall.peak_time": {"value": when, "unit": "s"}, "wall.force_window": {"value": 1e-9, "unit": "s"}}
+    moved = hardest(replace(trajectory, quantities={**trajectory.quantities, **later}), ["wall"])
+    assert moved is not None
+    assert moved.time in trajectory.frame_times[3:5]
     draw_force(drawing)
     text = described(tmp_path / "force.png")
     assert f"largest {style.quantity(peak, 'N')}" in text

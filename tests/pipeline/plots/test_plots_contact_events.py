@@ -128,7 +128,7 @@ def test_pictures(scene: Run, tmp_path: Path) -> None:
     assert notes == []
     assert [path.name for path in drawn] == NAMES[scene.name]
     assert set(NAMES[scene.name]) <= set(plots.FILES)
-    for path in drawn:
+    for path in (path for path in drawn if path.suffix == ".png"):
         assert_picture(path)
 
 
