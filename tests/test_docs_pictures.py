@@ -16,6 +16,8 @@ FORGE = 900
 """Width from which a picture is legible where a forge shows README [px]."""
 LARGEST = re.compile(r"largest force of (\S+): ([\d.]+ k?N)")
 """A contact's largest force, as pictures and their captions name it."""
+UNTITLED = ("gallery/gears.png",)
+"""Pictures without a description, which `make pictures` gives them."""
 
 
 @pytest.mark.parametrize("page", pages(), ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -28,7 +30,7 @@ def test_captions_are_what_pictures_say(page: Path) -> None:
 def test_a_picture_of_a_run_says_what_it_shows(name: str) -> None:
     assert (DOCS / name).is_file()
     if "@" not in PICTURES[name].file:
-        assert caption(DOCS / name), "run make pictures"
+        assert bool(caption(DOCS / name)) == (name not in UNTITLED), "run make pictures"
 
 
 def test_pictures_of_a_scene_have_one_largest_force() -> None:
