@@ -76,3 +76,20 @@ def test_real_constants_as_a_command(tmp_path: Path) -> None:
     (tmp_path / "part.cdb").write_text(f"{text}R,1,0.5,0.5,0.5\n")
     (attachment,) = read(tmp_path / "part.cdb").attachments.values()
     assert attachment.mass == 0.5
+
+
+@pytest.mark.parametrize("end", ["N,R5.3,LOC,       -1,", "N,UNBL,LOC,       -1,"])
+def test_what_ends_a_block_of_nodes(end: str, tmp_path: Path) -> None:
+    (tmp_path / "part.cdb").write_text(CDB.format(spring="").replace("-1\nEBLOCK", f"{end}\nEBLOCK", 1))
+    assert read(tmp_path / "part.cdb").cell_type == "tetra10"
+
+
+def test_inner_nodes_of_incompatible_modes(tmp_path: Path) -> None:
+    """As decks of CalculiX list them behind the eight of an element."""
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    nodes = "".join(f"{n}, {x}., {y}., {z}.\n" for n, (x, y, z) in enumerate([*corners, (5, 5, 5)], 1))
+    text = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8I, ELSET=ALL\n1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9\n"
+    (tmp_path / "part.inp").write_text(text)
+    assert len(read(tmp_path / "part.inp").nodes) == 8
+    (tmp_path / "part.inp").write_text(text.replace("C3D8I", "C3D8"))
+    assert "has 11 nodes here, allowed: 8" in refusal(tmp_path / "part.inp")

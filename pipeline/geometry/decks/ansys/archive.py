@@ -149,7 +149,8 @@ class _Archive:
 
     def _pass_over(self, keyword: str, words: list[str]) -> None:
         """Take a command that is no node, element or component."""
-        if keyword in MADE and not "".join(words[1:2]).upper().startswith("R"):
+        ends_block = keyword == "N" and words[2:3] == ["LOC"]  # N,R5.3,LOC,-1 and N,UNBL,LOC,-1
+        if keyword in MADE and not ends_block:
             raise self.lines.source.error(
                 f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
             )
