@@ -1,5 +1,6 @@
 """Details of decks that are easily read otherwise than they are meant."""
 
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -93,3 +94,39 @@ def test_inner_nodes_of_incompatible_modes(tmp_path: Path) -> None:
     assert len(read(tmp_path / "part.inp").nodes) == 8
     (tmp_path / "part.inp").write_text(text.replace("C3D8I", "C3D8"))
     assert "has 11 nodes here, allowed: 8" in refusal(tmp_path / "part.inp")
+
+
+COMBIN39 = "".join(f"{k:9}" for k in (1, 2, 1, 1, 0, 0, 0, 0, 2, 0, 2, 1, 4)) + "\n"
+SPRINGS = {
+    "SPRING": ("part.inp", f"{BASE}*ELEMENT, TYPE=SPRING2, ELSET=A\n9, 1, 4\n*SPRING, ELSET=A, NONLINEAR\n1, 2\n"
+                           "-5., -0.1\n0., 0.\n9., 0.2\n"),
+    "CELAS1": ("part.bdf", f"{BDF['plain']}CELAS1,9,7,1,1,4,1\nPELAS,7,100.\nPELAST,7,5\n"),
+    "CBUSH": ("part.bdf", f"{BDF['plain']}CBUSH,9,7,1,4,,,,0\nPBUSH,7,K,100.\nPBUSHT,7,K,5\n"),
+    "COMBIN39": ("part.cdb", CDB.format(spring=COMBIN39).replace("ET,2,14\nKEYOPT,2,2,1", "ET,2,39")
+                 + "R,1,-0.1,-5.,0.,0.,0.2,9.\n"),
+}  # fmt: skip
+"""Nonlinear springs by the keyword that leaves them out."""
+
+
+@pytest.mark.parametrize("keyword", SPRINGS)
+def test_nonlinear_springs_are_left_out_by_their_keyword_alone(keyword: str, tmp_path: Path) -> None:
+    name, text = SPRINGS[keyword]
+    (tmp_path / name).write_text(text)
+    line = refusal(tmp_path / name)
+    assert f"{keyword} is not taken over" in line
+    assert f'geometry.leave_out = ["{keyword}"] leaves it out' in line
+    assert not read(tmp_path / name, leave_out=(keyword,)).relations
+
+
+def test_names_in_a_western_encoding(tmp_path: Path) -> None:
+    (tmp_path / "part.inp").write_bytes(f"** Stützfläche…\n{BASE}*NSET, NSET=FLÄCHE\n1, 2, 3\n".encode("cp1252"))
+    assert "FLÄCHE" in read(tmp_path / "part.inp").surfaces
+
+
+@pytest.mark.parametrize(("name", "text", "kind"), [
+    ("part.inp", gzip.compress(BASE.encode()), "compressed by gzip"), ("part.bdf", BASE.encode("utf-16"), "in UTF-16"),
+    ("part.inp.gz", gzip.compress(BASE.encode()), "compressed by gzip"),
+])  # fmt: skip
+def test_packed_decks_are_said_to_be(name: str, text: bytes, kind: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(text)
+    assert kind in refusal(tmp_path / name)

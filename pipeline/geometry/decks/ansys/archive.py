@@ -6,7 +6,6 @@ does not tell what else an archive has.
 
 import re
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from gudgeon.pipeline.geometry.decks.model import (
     deck_of,
     whole,
 )
+from gudgeon.pipeline.geometry.decks.texts import deck_text
 
 FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+[eg]\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
 """Widths of a block's columns, such as (3i9,6e21.13e3)."""
@@ -57,7 +57,7 @@ class Lines:
 
     def __init__(self, path: str) -> None:
         try:
-            text = Path(path).read_text("utf-8-sig", errors="replace")
+            text = deck_text(path)
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}; allowed: an archive of CDWRITE") from None
         self.path, self.line_number, self._lines = path, 0, text.splitlines()
