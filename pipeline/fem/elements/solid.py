@@ -33,7 +33,7 @@ from gudgeon.pipeline.scenes.material import Material
 BATCH = 4096
 """Tetrahedra of ten nodes assembled at once, of other elements by the squares of their numbers of nodes: the largest
 work array is about 60 MB."""
-REDUCED_ORDER, UNSEEN = 2, 1e-4
+REDUCED_ORDER, UNSEEN = 2, 1e-5
 """Degree of the rule of 2 × 2 × 2 points, and the share of the full stiffness and mass with theirs."""
 STRAIGHT = 8 * np.finfo(float).eps
 """Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""

@@ -76,10 +76,13 @@ def read_output4(path: str) -> dict[str, sparse.csr_matrix]:
     order = next((order for order in "<>" if len(data) >= 4 and struct.unpack(f"{order}i", data[:4])[0] in HEADERS), "")
     source = Records(data, order) if order else Lines(data.decode("ascii", "replace").split("\n"))
     try:
-        return dict(_binary(source) if isinstance(source, Records) else _text(source))
+        matrices = dict(_binary(source) if isinstance(source, Records) else _text(source))
+        if not matrices:
+            raise ValueError("it ends early")
     except (ValueError, struct.error, IndexError, MemoryError) as error:
         reason = str(error)[:80] or "it ends early"
         raise InputError(f"{path}: {source.place}: cannot be read as OUTPUT4 ({reason})") from None
+    return matrices
 
 
 class Records:

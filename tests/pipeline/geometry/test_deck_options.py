@@ -56,7 +56,7 @@ def test_short_rows_of_reduced_integration_have_modes(tmp_path: Path) -> None:
     for option in (0, 1):
         mesh = read(archive(tmp_path / "part.cdb", 2, option))
         model = build_model(mesh, STEEL)
-        frequencies.append(normal_modes(model, 12).angular_frequencies)
+        frequencies.append(normal_modes(model, 5).angular_frequencies)
     np.testing.assert_allclose(frequencies[0][:3], frequencies[1][:3], rtol=0.03)
 
 
