@@ -173,11 +173,11 @@ def _masses(
 ) -> np.ndarray:
     """Return masses (e, k); no gradients are needed at their more numerous points."""
     x, masses = mesh.nodes[mesh.cells[cells]], np.zeros((len(numbers[cells]), len(pairs.first)))
-    for order, share in _mass_orders(mesh).items():
+    for order, fraction in _mass_orders(mesh).items():
         N, dN, W = reference(cell_of(mesh), order)
         det = determinants(jacobians(x, dN))
         refuse_degenerate(x, det, numbers[cells])
-        masses += share * (det * W) @ (N[pairs.first] * N[pairs.second]).T
+        masses += fraction * (det * W) @ (N[pairs.first] * N[pairs.second]).T
     return material.rho * masses
 
 
@@ -198,9 +198,9 @@ def mass_properties(mesh: MeshRecord, rho: float | np.ndarray, *, as_assembled: 
     for rows, block in block_meshes(mesh):
         x = mesh.nodes[block.cells]
         density = np.reshape(rho, (-1, 1)) if np.ndim(rho) == 0 else np.asarray(rho)[rows, None]
-        for order, share in (_mass_orders(block) if as_assembled else {orders(cell_of(block))[1]: 1.0}).items():
+        for order, fraction in (_mass_orders(block) if as_assembled else {orders(cell_of(block))[1]: 1.0}).items():
             N, dN, W = reference(cell_of(block), order)
-            weights.append((share * density * W * determinants(jacobians(x, dN))).ravel())
+            weights.append((fraction * density * W * determinants(jacobians(x, dN))).ravel())
             points.append(np.matmul(N.T, x).reshape(-1, 3))
     return point_masses(np.concatenate(points), np.concatenate(weights))
 

@@ -123,8 +123,8 @@ class Lines:
         return f"line {self.number}"
 
     def __iter__(self) -> Iterator[str]:
-        for number, line in enumerate(self._lines, 1):
-            self.number = number
+        for line_number, line in enumerate(self._lines, 1):
+            self.number = line_number
             if text := line.rstrip():
                 yield text
 
