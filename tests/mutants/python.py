@@ -61,8 +61,16 @@ PYTHON: list[Fault] = [
     ),
     *faults(
         "estimates", "pipeline/design_change/ways/__init__.py", WAYS,
+        ("if errors.largest <= tolerance and", "if errors.frequencies.max() <= tolerance and"),
+    ),
+    *faults(
+        "estimates", "pipeline/design_change/ways/certificate.py", WAYS,
         ("values[: target.count]) - 1", "values[: target.count]) * 0"),
-        ("if errors.largest <= tolerance:", "if errors.frequencies.max() <= tolerance:"),
+        ("return below == expected", "return below >= expected or True"),
+    ),
+    *faults(
+        "estimates", "pipeline/design_change/ways/factor.py", WAYS,
+        ("column_stack([residuals, loads,", "column_stack([0 * residuals, loads,"),
     ),
     *faults(
         "estimates", "pipeline/design_change/ways/inverse.py", WAYS,
