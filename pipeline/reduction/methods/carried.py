@@ -82,4 +82,4 @@ def _completed(model: FEModel, rows: ContactRows, taken: Carried, base: ModalRec
     def shape_errors(frequencies: np.ndarray, shapes: np.ndarray) -> list[float]:
         return errors if len(errors) == len(frequencies) else [1.0] * len(frequencies)
 
-    return with_static(model, rows, modes, residual, sagging, shape_errors, NEGATIVE * taken.errors.largest)
+    return with_static(model, rows, modes, residual, sagging, shape_errors, error=NEGATIVE * taken.errors.largest)

@@ -128,6 +128,7 @@ def with_static(
     residual: Residual,
     sagging: np.ndarray,
     shape_errors: Callable[[np.ndarray, np.ndarray], list[float]],
+    *,
     error: float = 0.0,
 ) -> Reduction:
     """Return modes with static correction shapes, and R; see `completed`.
