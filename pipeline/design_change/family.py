@@ -47,8 +47,8 @@ class Family:
 
     def residual(self, count: int) -> np.ndarray:
         """Return the flexibility of the first design beside its lowest modes [m/N], (c, c)."""
-        first = self.projections[0]
-        at_rows = (self.base.B @ first.shapes(count)) / np.sqrt(first.values[:count])
+        base = self.projections[0]
+        at_rows = (self.base.B @ base.shapes(count)) / np.sqrt(base.values[:count])
         return self._flexibilities[0] - at_rows @ at_rows.T
 
     def remainder(self, projection: Projection, extension: np.ndarray | None = None) -> np.ndarray:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.kinds.parts import example, faces, new, schema
     from gudgeon.pipeline.kinds.sensors import calibrate, identify, infer, signals, wrench
     from gudgeon.pipeline.scenes.bodies import SceneFile as Scene
+    from gudgeon.pipeline.studies.family import family
     from gudgeon.pipeline.studies.study import study
     from gudgeon.solver.simulate import simulate
     from gudgeon.solver.system.compile import compile_system

@@ -200,7 +200,7 @@ def _candidates(job: Job, name: str, parameters: Sequence[Parameter]) -> list[di
     profile = written.model_dump(mode="json", include=written.model_fields_set | {"offset"})
     shares = itertools.product(*(np.linspace(0, 1, count) for count in CANDIDATES[len(parameters) - 1]))
     keys = [parameter.path.rpartition(".")[2] for parameter in parameters]
-    pairs = [[parameter.at(float(share)) for parameter, share in zip(parameters, s, strict=True)] for s in shares]
+    pairs = [[parameter.at(float(fraction)) for parameter, fraction in zip(parameters, s, strict=True)] for s in shares]
     return [profile | dict(zip(keys, values, strict=True)) for values in pairs]
 
 
@@ -211,9 +211,9 @@ def _moved(component: Component, profile: Mapping[str, Any]) -> Component:
     )
 
 
-def _kept(job: Job, name: str, parameters: Sequence[Parameter], tolerance: float, found: Any) -> FamilyReport:
+def _kept(job: Job, name: str, parameters: Sequence[Parameter], tolerance: float, result: Any) -> FamilyReport:
     """Keep a family in the database, and return its report."""
-    stored, errors, candidates, modes = found
+    stored, errors, candidates, modes = result
     document = {
         "stage": FAMILY, "component": name, "tolerance": tolerance, "designs": stored, "errors": errors,
         "candidates": candidates, "ranges": {p.path: [p.low, p.high] for p in parameters},

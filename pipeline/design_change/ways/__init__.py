@@ -39,7 +39,7 @@ class Way:
 
     answer: Callable[[Search], Answer | None]
     """None where it cannot be within the tolerance."""
-    most: int = 1
+    limit: int = 1
     """Answers, each better than that before, at most."""
 
 
@@ -74,14 +74,14 @@ def carried(target: Target, family: Family, columns: Mapping[str, Sequence[int]]
         tolerance: Of the largest relative error of a frequency and of a compliance.
     """
     search = Search(target, family, columns, tolerance)
-    for name, way in WAYS.items():
+    for name, method in WAYS.items():
         previous = np.inf
-        for step in range(way.most):
-            if (answer := way.answer(search)) is None:
+        for step in range(method.limit):
+            if (answer := method.answer(search)) is None:
                 break
             errors = certified(search, answer)
             if errors.largest <= tolerance and complete(search):
-                return Carried(name, step + 1 if way.most > 1 else 0, answer, errors)
+                return Carried(name, step + 1 if method.limit > 1 else 0, answer, errors)
             if not errors.largest < PROGRESS * previous:
                 break
             previous = errors.largest
