@@ -1,7 +1,7 @@
 """`python -m tests.benchmarks.design_ways`: what modes from stored designs cost and how wrong they are, by way.
 
-CPU seconds of one thread over those of new modes: of the way, with its estimate, and with the inertia count; assembly of
-stiffness and mass and the search for interfaces apart. For liner and piston of data/piston/coarse.toml as that scene
+CPU seconds of one thread over those of new modes: of the way, with its estimate, and with the inertia count; assembly
+of stiffness and mass and the search for interfaces apart. For liner and piston of data/piston/coarse.toml as that scene
 reduces them; errors of the largest of all frequencies, of the compliance under smooth pressures and loads, and of a
 row's own flexibility.
 """

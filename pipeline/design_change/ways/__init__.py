@@ -51,7 +51,7 @@ WAYS = {"reuse": Way(kept), "project": Way(projected), "inverse": Way(enriched, 
 class Carried:
     """The answer that is taken."""
 
-    way: str
+    name: str
     """One of `WAYS`."""
     steps: int
     """Steps with the stored factor that went into it; its estimate took one more."""
@@ -61,7 +61,7 @@ class Carried:
     def quality(self) -> dict[str, Any]:
         """Return the entries of a modal record's quality."""
         return {
-            "way": self.way, "steps": self.steps, "frequency_errors": self.errors.frequencies.tolist(),
+            "way": self.name, "steps": self.steps, "frequency_errors": self.errors.frequencies.tolist(),
             "compliance_errors": self.errors.compliances, "row_error": self.errors.rows,
         }  # fmt: skip
 

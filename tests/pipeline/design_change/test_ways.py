@@ -145,7 +145,7 @@ def test_each_way_is_taken_where_it_is_the_cheapest() -> None:
     stored, columns = family((0.0,)), {"thrust": (0, 4)}
     given = [(1e-5, 1e-3), (0.03, 0.03), (0.03, 2e-3), (0.03, 1e-3), (0.1, 1e-12)]
     met = [ways.carried(body(share)[0], stored, columns, tolerance) for share, tolerance in given]
-    assert [taken and taken.way for taken in met] == ["reuse", "project", "inverse", "factor", None]
+    assert [taken and taken.name for taken in met] == ["reuse", "project", "inverse", "factor", None]
 
 
 def test_an_answer_that_misses_a_mode_is_not_taken() -> None:
