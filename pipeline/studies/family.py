@@ -146,7 +146,8 @@ class _Greedy:
             product = steps[step]
             if not job.store.has(product.key):
                 keep_for(certified, product, MAKE[product.stage](certified, product, tell))
-        keys = [tuple(steps[f"{DESIGNS}.{n} {kind}"].key for kind in ("mesh", "modes")) for n in range(len(stored))]
+        pairs = ((steps[f"{DESIGNS}.{n} mesh"], steps[f"{DESIGNS}.{n} modes"]) for n in range(len(stored)))
+        keys = [(moved.key, modes.key) for moved, modes in pairs]
         self.modes = [key for _, key in keys]
         requested = job.scene.reduced_with(name)
         members, base = family_of(job.store, keys, certified.scene.component[name], name, **requested)
