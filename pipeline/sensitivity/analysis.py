@@ -68,35 +68,36 @@ class Varied:
     """Derivatives of a component's frequencies [rad/s per unit]; None of keys of the scene's dynamics."""
 
 
-def sense(job: Job, asked: Asked, progress: Progress) -> SensitivityReport:
+def sense(job: Job, request: Asked, progress: Progress) -> SensitivityReport:
     """Return and write the derivatives of a scene's quantities; raises InputError with what they do not cover."""
     with named(job.path, InputError, SceneError):
         refuse_scene(job.scene)
-    if not 0 < asked.accuracy < 1:
-        raise InputError(f"--accuracy {asked.accuracy:g}: allowed: above 0 and below 1")
-    parameters = parameters_of(job, asked.by)
+    if not 0 < request.accuracy < 1:
+        raise InputError(f"--accuracy {request.accuracy:g}: allowed: above 0 and below 1")
+    parameters = parameters_of(job, request.by)
     run_job(job, "morph", progress)
     with named(job.path, InputError, SceneError, SolverError):
         system = prepared(compile_system(job.store, job.scene, job.morphs()))
-        quantities = list(dict.fromkeys(asked.of or _default_quantities(system)))
+        quantities = list(dict.fromkeys(request.of or _default_quantities(system)))
         reads = [reader(system, name) for name in quantities]
         varied = []
-        for number, parameter in enumerate(parameters):
-            progress("parameters", number / len(parameters))
+        for index, parameter in enumerate(parameters):
+            progress("parameters", index / len(parameters))
             varied.append(_varied(job, parameter))
         progress("sensitivity", 0.0)
-        slopes, errors, base = _settled(system, [read for read, _ in reads], varied, asked.accuracy)
+        slopes, errors, base = _settled(system, [read for read, _ in reads], varied, request.accuracy)
     progress("sensitivity", 1.0)
     values = [reading.value for reading in base.readings]
     rows = [
-        Derivative(name, values[q], reads[q][1], one.parameter, float(slopes[q, p]),
+        Derivative(name, values[q], reads[q][1], varied_parameter.parameter, float(slopes[q, p]),
                    None if errors is None else float(errors[q, p]))
-        for q, name in enumerate(quantities) for p, one in enumerate(varied)
+        for q, name in enumerate(quantities) for p, varied_parameter in enumerate(varied)
     ]  # fmt: skip
     report = SensitivityReport(
-        job.name, rows, _frequency_rows(job, varied), base.steps.dt, len(base.steps.tape.mean), job.out, []
-    )
-    return written(job, replace(report, notes=_notes(base, errors, asked.accuracy, slopes, values, parameters)))
+        scene=job.name, derivatives=rows, frequencies=_frequency_rows(job, varied), step=base.steps.dt,
+        steps=len(base.steps.tape.mean), out=job.out, files=[],
+    )  # fmt: skip
+    return written(job, replace(report, notes=_notes(base, errors, request.accuracy, slopes, values, parameters)))
 
 
 def _default_quantities(system: System) -> list[str]:
@@ -120,7 +121,7 @@ def _varied(job: Job, parameter: Parameter) -> Varied:
         return Varied(parameter, systems, base, designs.frequencies)
     except SceneError as error:
         raise InputError(
-            f"--by {parameter.key}: beside its value {parameter.value:g} the scene does not start: {error}"
+            f"--by {parameter.key}: next to its value {parameter.value:g} the scene does not start: {error}"
         ) from None
 
 
@@ -152,7 +153,7 @@ def _settled(
         base, before = differentiated(system, reads, dt, count), slopes
         slopes = _slopes(base, varied)
         errors = np.abs(slopes - before)
-        sizes = np.array([abs(one.parameter.value) or 1.0 for one in varied])
+        sizes = np.array([abs(varied_parameter.parameter.value) or 1.0 for varied_parameter in varied])
         if (errors * sizes <= accuracy * np.abs(slopes * sizes).max(axis=1, keepdims=True)).all():
             break
     return slopes, errors, base
@@ -161,9 +162,13 @@ def _settled(
 def _slopes(base: Differentiated, varied: list[Varied]) -> np.ndarray:
     """Return the derivatives of all quantities by all parameters, (q, p)."""
     steps, columns = base.steps, []
-    for one in varied:
-        own = base if one.base is None else differentiated(one.base, base.reads, steps.dt, len(steps.tape.mean))
-        columns.append(own.slopes(one.systems, one.parameter.step))
+    for varied_parameter in varied:
+        run = (
+            base
+            if varied_parameter.base is None
+            else differentiated(varied_parameter.base, base.reads, steps.dt, len(steps.tape.mean))
+        )
+        columns.append(run.slopes(varied_parameter.systems, varied_parameter.parameter.step))
     return np.column_stack(columns) if columns else np.empty((len(base.reads), 0))
 
 
@@ -173,7 +178,7 @@ def _notes(
 ) -> list[str]:  # fmt: skip
     if errors is None:
         return [f"run.step = {base.steps.dt:g} s is given: derivatives are those of a run with this step"]
-    sizes = np.array([abs(one.value) or 1.0 for one in parameters])
+    sizes = np.array([abs(varied_parameter.value) or 1.0 for varied_parameter in parameters])
     reached = float(
         (errors * sizes / np.abs(slopes * sizes).max(axis=1, keepdims=True, initial=1e-300)).max(initial=0.0)
     )
@@ -186,18 +191,18 @@ def _notes(
 def _frequency_rows(job: Job, varied: list[Varied]) -> list[dict[str, Any]]:
     """Return the derivative of the mean frequency of each group of close modes by the keys of its component."""
     rows = []
-    for one in varied:
-        name = one.parameter.component
-        if name is None or one.frequencies is None or not len(one.frequencies):
+    for varied_parameter in varied:
+        name = varied_parameter.parameter.component
+        if name is None or varied_parameter.frequencies is None or not len(varied_parameter.frequencies):
             continue
         omega = job.record(name).angular_frequencies
         for group in groups(omega):
             mean = float(omega[group].mean()) / (2 * np.pi)
-            slope = float(one.frequencies[group].mean()) / (2 * np.pi)
+            slope = float(varied_parameter.frequencies[group].mean()) / (2 * np.pi)
             rows.append({
                 "component": name, "modes": [int(i) + 1 for i in group], "frequency": mean,
-                "parameter": one.parameter.key,
-                "parameter_unit": one.parameter.unit, "derivative": slope,
-                "relative": one.parameter.value / mean * slope,
+                "parameter": varied_parameter.parameter.key,
+                "parameter_unit": varied_parameter.parameter.unit, "derivative": slope,
+                "relative": varied_parameter.parameter.value / mean * slope,
             })  # fmt: skip
     return rows

@@ -51,12 +51,12 @@ def designs_beside(job: Job, parameter: Parameter) -> Designs:
     """
     key, name = parameter.key, parameter.component
     assert name is not None
-    component, own = job.scene.component[name], key.removeprefix(f"component.{name}.")
+    component, component_key = job.scene.component[name], key.removeprefix(f"component.{name}.")
     if component.geometry.kind == "rigid":
         return _rigid(job, parameter)
-    if not own.startswith(VARIED):
+    if not component_key.startswith(VARIED):
         raise InputError(f"{key}: no derivative is found by this key; allowed: {', '.join(VARIED)}")
-    _refuse_kept_modes(job, name, own)
+    _refuse_kept_modes(job, name, component_key)
     mesh, modal = job.record(name, "mesh"), job.record(name)
     if component.modes.reduction != REDUCTION or modal.static_count or modal.tractions:
         raise InputError(
@@ -68,16 +68,16 @@ def designs_beside(job: Job, parameter: Parameter) -> Designs:
     meshes = meshes_beside(job, name, key, mesh, components)
     rubbed = job.scene.reduced_with(name)["rubbed"]
 
-    def made(of: MeshRecord, at: Component) -> tuple[dict[str, Acting], FEModel, Assembled]:
-        _, acting, (model, tied, spread) = assembled(of, at, f"component.{name}", rubbed)
+    def made(of: MeshRecord, varied_component: Component) -> tuple[dict[str, Acting], FEModel, Assembled]:
+        _, acting, (model, tied, spread) = assembled(of, varied_component, f"component.{name}", rubbed)
         refuse_unlike(model, spread, key)
         return acting, model, Assembled(tied, stacked(acting, spread).B)
 
     _, base_model, base = made(mesh, component)
     assert modal.shapes is not None
     Phi = np.einsum("nik,di->ndk", modal.shapes, base_model.directions).reshape(len(base_model.held), -1)
-    beside = {k: made(meshes[k], at) for k, at in components.items()}
-    only = {k: one for k, (_, _, one) in beside.items()}
+    beside = {k: made(meshes[k], varied_component) for k, varied_component in components.items()}
+    only = {k: member for k, (_, _, member) in beside.items()}
     derivative = modal_derivative(base, only, step, modal.angular_frequencies, Phi)
     turned = not np.array_equal(derivative.turn, np.eye(len(derivative.turn)))
     at_value = _turned(modal, derivative.turn) if turned else modal
@@ -106,7 +106,9 @@ def moved_along(base: T, stepped: Mapping[int, T], step: float, moved: float) ->
     if isinstance(base, float) or (isinstance(base, np.ndarray) and base.dtype.kind == "f"):
         return base + moved * difference(stepped, step)  # type: ignore[return-value]
     if isinstance(base, dict):
-        return {n: moved_along(one, {k: of[n] for k, of in stepped.items()}, step, moved) for n, one in base.items()}  # type: ignore[return-value,index]
+        return {
+            n: moved_along(member, {k: of[n] for k, of in stepped.items()}, step, moved) for n, member in base.items()
+        }  # type: ignore[return-value,index]
     if not is_dataclass(base):
         return base
     changed = {
@@ -130,16 +132,16 @@ def _assembly_step(parameter: Parameter, mesh: MeshRecord) -> float:
     return abs(parameter.value) * ASSEMBLY_STEP or OFFSET_STEP * extent
 
 
-def _refuse_kept_modes(job: Job, name: str, own: str) -> None:
+def _refuse_kept_modes(job: Job, name: str, component_key: str) -> None:
     """Raise an InputError where the modes of a component are not those of its moved mesh."""
     change = job.scene.component[name].change
-    moves = own.startswith("change") or movement_of(job.scene.component[name], job.folder, name) is not None
+    moves = component_key.startswith("change") or movement_of(job.scene.component[name], job.folder, name) is not None
     if moves and change.update != "recompute":
         raise InputError(
             f"component.{name}.change.update: '{change.update}' given; derivatives are those of new modes, use"
             " 'recompute'"
         )
-    if moves and own.startswith("geometry"):
+    if moves and component_key.startswith("geometry"):
         raise InputError(
             f"component.{name}.change: a shape and its profile are not varied together; remove the profile"
         )
@@ -152,9 +154,9 @@ def _rigid(job: Job, parameter: Parameter) -> Designs:
     keys = (job.components()[name]["mesh"].key, job.components()[name]["modes"].key)
     records = {}
     for k in WEIGHTS:
-        at = component_at(job, name, parameter.key, parameter.value + k * parameter.step)
-        mesh = build_mesh(at, job.folder, name)
-        records[k] = reduce_component(mesh, keys[0], at, name, **job.scene.reduced_with(name))
+        varied_component = component_at(job, name, parameter.key, parameter.value + k * parameter.step)
+        mesh = build_mesh(varied_component, job.folder, name)
+        records[k] = reduce_component(mesh, keys[0], varied_component, name, **job.scene.reduced_with(name))
     return Designs(None, {k: (record, own_modes(*keys, record, "none")) for k, record in records.items()}, np.empty(0))
 
 
@@ -162,37 +164,41 @@ def meshes_beside(
     job: Job, name: str, key: str, mesh: MeshRecord, components: Mapping[int, Component]
 ) -> dict[int, MeshRecord]:
     """Return the mesh of a component beside the value of a key, with its elements."""
-    own, component = key.removeprefix(f"component.{name}."), job.scene.component[name]
-    if own.startswith("change"):
+    component_key, component = key.removeprefix(f"component.{name}."), job.scene.component[name]
+    if component_key.startswith("change"):
         unmoved = job.store.get(job.components()[name]["base-mesh"].key, "mesh")
-        movements = {k: movement_of(at, job.folder, name) for k, at in components.items()}
-        return {k: unmoved if one is None else moved_mesh(unmoved, one) for k, one in movements.items()}
-    if not own.startswith("geometry"):
+        movements = {k: movement_of(varied_component, job.folder, name) for k, varied_component in components.items()}
+        return {k: unmoved if member is None else moved_mesh(unmoved, member) for k, member in movements.items()}
+    if not component_key.startswith("geometry"):
         return dict.fromkeys(components, mesh)
     if component.geometry.kind == "bar":
-        return {k: _scaled_bar(component, at, job, name) for k, at in components.items()}
+        return {k: _scaled_bar(component, varied_component, job, name) for k, varied_component in components.items()}
     if component.path is not None:
         raise InputError(f"{key}: shapes are varied of built-in geometries, not of files")
-    value = float(item_of(component, own))
+    value = float(item_of(component, component_key))
     low, high = (component_at(job, name, key, value * (1 + side * ASSEMBLY_STEP)) for side in (-1, 1))
-    behind, ahead = (build_mesh(at, job.folder, name) for at in (low, high))
-    apart = 2 * value * ASSEMBLY_STEP
-    velocity = shape_velocity(mesh, ahead, behind, apart, key)
+    behind, ahead = (build_mesh(varied_component, job.folder, name) for varied_component in (low, high))
+    value_difference = 2 * value * ASSEMBLY_STEP
+    velocity = shape_velocity(mesh, ahead, behind, value_difference, key)
     meshes = {}
-    for k, at in components.items():
-        moved = float(item_of(at, own)) - value
-        shapes = moved_surfaces(mesh, ahead, behind, 2 * moved / apart)
+    for k, varied_component in components.items():
+        moved = float(item_of(varied_component, component_key)) - value
+        shapes = moved_surfaces(mesh, ahead, behind, 2 * moved / value_difference)
         surfaces = {n: Surface(s.facets, shapes[n]) for n, s in mesh.surfaces.items()}
         meshes[k] = replace(mesh, nodes=mesh.nodes + moved * velocity, surfaces=mesh.surfaces | surfaces)
     return meshes
 
 
-def _scaled_bar(component: Component, at: Component, job: Job, name: str) -> MeshRecord:
+def _scaled_bar(component: Component, varied_component: Component, job: Job, name: str) -> MeshRecord:
     """Return the mesh of a bar with as many elements as it has at its value."""
     size = component.mesh.size
     assert size is not None
-    scaled = size * at.geometry.length / component.geometry.length  # type: ignore[union-attr]
-    return build_mesh(at.model_copy(update={"mesh": at.mesh.model_copy(update={"size": scaled})}), job.folder, name)
+    scaled = size * varied_component.geometry.length / component.geometry.length  # type: ignore[union-attr]
+    return build_mesh(
+        varied_component.model_copy(update={"mesh": varied_component.mesh.model_copy(update={"size": scaled})}),
+        job.folder,
+        name,
+    )
 
 
 def _turned(modal: ModalRecord, turn: np.ndarray) -> ModalRecord:
@@ -203,8 +209,8 @@ def _turned(modal: ModalRecord, turn: np.ndarray) -> ModalRecord:
 
     assert modal.shapes is not None
     return replace(
-        modal, shapes=modal.shapes @ turn, interfaces={n: rows(one) for n, one in modal.interfaces.items()},
-        loads={n: rows(one) for n, one in modal.loads.items()},
+        modal, shapes=modal.shapes @ turn, interfaces={n: rows(member) for n, member in modal.interfaces.items()},
+        loads={n: rows(member) for n, member in modal.loads.items()},
         participation=None if modal.participation is None else modal.participation @ turn,
     )  # fmt: skip
 
@@ -213,8 +219,8 @@ def _aligned(model: FEModel, twists: np.ndarray) -> np.ndarray:
     """Return the rigid motions of a model in those combinations that are nearest to others, (r, 6)."""
     mass = np.zeros((6, 6))
     mass[:3, :3], mass[3:, 3:] = model.properties.mass * np.eye(3), model.properties.inertia
-    left, _, right = np.linalg.svd(twists @ mass @ model.rigid_twists.T)
-    aligned: np.ndarray = left @ right @ model.rigid_twists
+    left_vectors, _, right_vectors = np.linalg.svd(twists @ mass @ model.rigid_twists.T)
+    aligned: np.ndarray = left_vectors @ right_vectors @ model.rigid_twists
     return aligned
 
 
@@ -233,7 +239,7 @@ def _record(
         moved: Change of the parameter.
     """
     (acting, model), shapes = beside, Phi + moved * derivative.shapes
-    modes = {name: one.modes(shapes) for name, one in acting.items()}
+    modes = {name: member.modes(shapes) for name, member in acting.items()}
     R, participation = modal.residual_flexibility, modal.participation
     if participation is not None:
         participation = model.directions.T @ model.by_node(model.M @ shapes).sum(axis=0)
@@ -241,7 +247,7 @@ def _record(
         modal, angular_frequencies=modal.angular_frequencies + moved * derivative.frequencies,
         mass=model.properties.mass, centre=model.properties.centre, inertia=model.properties.inertia,
         rigid_twists=_aligned(model, modal.rigid_twists), shapes=None, static_responses=None,
-        interfaces={n: one for n, one in modes.items() if isinstance(one, InterfaceModes)},
-        loads={n: one for n, one in modes.items() if isinstance(one, LoadModes)},
+        interfaces={n: member for n, member in modes.items() if isinstance(member, InterfaceModes)},
+        loads={n: member for n, member in modes.items() if isinstance(member, LoadModes)},
         residual_flexibility=None if R is None else R + moved * derivative.residual, participation=participation,
     )  # fmt: skip

@@ -76,8 +76,8 @@ def frequency_derivatives(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return λ' as the matrix Φᵀ(K' − ½ (λ_i + λ_j) M')Φ, K' Φ and M' Φ, of modes (dofs, m)."""
     values = omega**2
-    K = difference({k: one.model.K @ Phi for k, one in beside.items()}, step)
-    M = difference({k: one.model.M @ Phi for k, one in beside.items()}, step)
+    K = difference({k: neighbour.model.K @ Phi for k, neighbour in beside.items()}, step)
+    M = difference({k: neighbour.model.M @ Phi for k, neighbour in beside.items()}, step)
     inner = Phi.T @ K - 0.5 * (values[:, None] + values) * (Phi.T @ M)
     return inner, K, M
 
@@ -102,12 +102,12 @@ def modal_derivative(
     for start in range(0, Y.shape[1], 64):
         Y[:, start : start + 64] = flexibility.solve(base.B[start : start + 64].T.toarray())
     flexibility.free()
-    change = difference({k: one.forces for k, one in beside.items()}, step)
-    stiffness = difference({k: one.model.K @ Y for k, one in beside.items()}, step)
+    change = difference({k: neighbour.forces for k, neighbour in beside.items()}, step)
+    stiffness = difference({k: neighbour.model.K @ Y for k, neighbour in beside.items()}, step)
     worked = Y.T @ change
     compliance = worked + worked.T - Y.T @ stiffness
     rows = base.B @ Phi
-    rows_change = difference({k: one.B @ Phi for k, one in beside.items()}, step) + base.B @ shapes
+    rows_change = difference({k: neighbour.B @ Phi for k, neighbour in beside.items()}, step) + base.B @ shapes
     mixed = (rows_change / values) @ rows.T
     carried = mixed + mixed.T - (rows * (slopes / values**2)) @ rows.T
     residual = compliance - carried
@@ -140,17 +140,17 @@ def _shape_derivatives(
     values, rigid = omega**2, model.rigid_modes
     loads = K_Phi - M_Phi * values
     products = Phi.T @ loads
-    apart = values[None, :] - values[:, None]
-    equal = np.abs(apart) < EQUAL * values
-    shares = np.where(equal, 0.0, products / np.where(equal, 1.0, apart))
+    value_differences = values[None, :] - values[:, None]
+    equal = np.abs(value_differences) < EQUAL * values
+    shares = np.where(equal, 0.0, products / np.where(equal, 1.0, value_differences))
     np.fill_diagonal(shares, -0.5 * np.einsum("dm,dm->m", Phi, M_Phi))
-    kept = Phi @ shares + rigid @ ((rigid.T @ loads) / values)
+    combined = Phi @ shares + rigid @ ((rigid.T @ loads) / values)
     basis = np.column_stack([rigid, Phi])
     M_basis = model.M @ basis
-    rest = -(loads - M_basis @ (basis.T @ loads))
-    rest[model.held] = 0.0
+    remainder = -(loads - M_basis @ (basis.T @ loads))
+    remainder[model.held] = 0.0
     sizes = np.linalg.norm(K_Phi, axis=0) + np.linalg.norm(M_Phi * values, axis=0)
-    return kept + _outside((model, flexibility), values, rest, sizes, (basis, M_basis))
+    return combined + _outside((model, flexibility), values, remainder, sizes, (basis, M_basis))
 
 
 def _outside(
@@ -179,11 +179,11 @@ def _outside(
         return forces
 
     x, residual = np.zeros_like(loads), loads.copy()
-    wanted = np.maximum(SETTLED * np.linalg.norm(loads, axis=0), ROUND_OFF * sizes)
+    allowed = np.maximum(SETTLED * np.linalg.norm(loads, axis=0), ROUND_OFF * sizes)
     Z = preconditioned(residual)
     direction, product = Z.copy(), np.einsum("dk,dk->k", residual, Z)
     for _ in range(MOST):
-        goes_on = np.linalg.norm(residual, axis=0) > wanted  # Round-off grows in columns that have settled.
+        goes_on = np.linalg.norm(residual, axis=0) > allowed  # Round-off grows in columns that have settled.
         if not goes_on.any():
             return x
         moved = projected(model.K @ direction - (model.M @ direction) * values)

@@ -33,8 +33,8 @@ class Parameter:
     @property
     def component(self) -> str | None:
         """Name of the component that it belongs to; None: it is of the scene's dynamics."""
-        table, _, rest = self.key.partition(".")
-        return rest.partition(".")[0] if table == "component" else None
+        table, _, below = self.key.partition(".")
+        return below.partition(".")[0] if table == "component" else None
 
     def moved(self, scene: Any, multiple: float) -> dict[str, Any]:
         """Return the tables that move it in a scene by a multiple of its step."""
@@ -43,12 +43,12 @@ class Parameter:
 
 def moved_by(scene: Any, key: str, value: float) -> dict[str, Any]:
     """Return the nested tables that give a key of a scene a value, of an item of a list all of it."""
-    table, _, last = key.rpartition(".")
+    table, _, item_number = key.rpartition(".")
     beside = item_of(scene, table)
     tables: dict[str, Any]
     if isinstance(beside, list | tuple):
         values = list(beside)
-        values[int(last)] = value
+        values[int(item_number)] = value
         tables = nested(table.split("."), values)
     else:
         tables = nested(key.split("."), value)
@@ -57,13 +57,13 @@ def moved_by(scene: Any, key: str, value: float) -> dict[str, Any]:
 
 def item_of(model: Any, key: str) -> Any:
     """Return what a key names within a model, None where it names nothing."""
-    for part in key.split("."):
+    for name_below in key.split("."):
         if isinstance(model, Mapping):
-            model = model.get(part)
+            model = model.get(name_below)
         elif isinstance(model, list | tuple):
-            model = model[int(part)] if part.isdecimal() and int(part) < len(model) else None
+            model = model[int(name_below)] if name_below.isdecimal() and int(name_below) < len(model) else None
         else:
-            model = getattr(model, part, None)
+            model = getattr(model, name_below, None)
     return model
 
 
@@ -78,16 +78,16 @@ def parameters_of(job: Job, keys: Sequence[str]) -> list[Parameter]:
     for key in dict.fromkeys(keys or default_keys(job)):
         value = item_of(job.scene, key)
         if isinstance(value, bool) or not isinstance(value, int | float):
-            given = "nothing there" if value is None else f"{value!r} there"
+            there = "nothing there" if value is None else f"{value!r} there"
             raise InputError(
-                f"{job.path}: --by {key}: it names no number, {given}; name a key as --set does, such as"
+                f"{job.path}: --by {key}: it names no number, {there}; name a key as --set does, such as"
                 " component.rod.material.E or body.rod.velocity.0"
             )
         if key.startswith(TIMES) and not key.startswith("run.gravity"):
             raise InputError(f"{job.path}: --by {key}: it chooses how the run is computed; only run.gravity is varied")
         unit = unit_at(schema, key)
-        share = SHORT_STEP if unit == "m" or key.startswith("component.") else STEP
-        parameters.append(Parameter(key, float(value), unit, abs(float(value)) * share or LEAST))
+        step_share = SHORT_STEP if unit == "m" or key.startswith("component.") else STEP
+        parameters.append(Parameter(key, float(value), unit, abs(float(value)) * step_share or LEAST))
     return parameters
 
 

@@ -22,12 +22,14 @@ FREE = 1e-10
 """Weight of a node's movement itself over that of its differences: where nothing determines it, there is none."""
 
 
-def shape_velocity(mesh: MeshRecord, ahead: MeshRecord, behind: MeshRecord, apart: float, key: str) -> np.ndarray:
+def shape_velocity(
+    mesh: MeshRecord, ahead: MeshRecord, behind: MeshRecord, value_difference: float, key: str
+) -> np.ndarray:
     """Return the movement of the nodes per unit of a key of the shape, (n, 3).
 
     Args:
         ahead, behind: Meshes of the shape with a larger and a smaller value; their surfaces alone are used.
-        apart: Difference of these values.
+        value_difference: Of both.
         key: In the scene, for messages.
 
     Raises:
@@ -40,7 +42,7 @@ def shape_velocity(mesh: MeshRecord, ahead: MeshRecord, behind: MeshRecord, apar
         if name not in ahead.surfaces or name not in behind.surfaces:
             raise InputError(f"{key}: the surface '{name}' vanishes as it changes")
         nodes = np.unique(surface.facets)
-        along, rates = _normal_rates(mesh.nodes[nodes], name, (ahead, behind), apart, key)
+        along, rates = _normal_rates(mesh.nodes[nodes], name, (ahead, behind), value_difference, key)
         for node, normal, rate in zip(nodes.tolist(), along, rates, strict=True):
             normals.setdefault(node, []).append(normal)
             speeds.setdefault(node, []).append(float(rate))
@@ -78,12 +80,14 @@ def _refuse_unnamed(mesh: MeshRecord, key: str) -> None:
 
 
 def _normal_rates(
-    points: np.ndarray, name: str, meshes: tuple[MeshRecord, MeshRecord], apart: float, key: str
+    points: np.ndarray, name: str, meshes: tuple[MeshRecord, MeshRecord], value_difference: float, key: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return normals (c, 3) and normal velocities (c,) of points of a surface."""
     high, low = (mesh.surfaces[name].shape for mesh in meshes)
     kind = high.get("kind")
-    change = {k: (np.asarray(high[k]) - np.asarray(low[k])) / apart for k in ("radius", "origin") if k in high}
+    change = {
+        k: (np.asarray(high[k]) - np.asarray(low[k])) / value_difference for k in ("radius", "origin") if k in high
+    }
     for direction in ("normal", "axis"):
         if direction in high and np.abs(np.subtract(high[direction], low[direction])).max() > TURNED:
             raise InputError(f"{key}: the surface '{name}' turns as it changes")
@@ -104,13 +108,13 @@ def _normal_rates(
 def _extended(mesh: MeshRecord, normals: dict[int, list[np.ndarray]], speeds: dict[int, list[float]]) -> np.ndarray:
     """Return the movement of all nodes that has given normal velocities on surfaces, (n, 3)."""
     count = len(mesh.nodes)
-    given = np.zeros((count, 3))
+    prescribed = np.zeros((count, 3))
     blocks = np.tile(np.eye(3), (count, 1, 1))
     for node, along in normals.items():
-        left, sizes, right = np.linalg.svd(np.array(along))
+        basis, sizes, normals_span = np.linalg.svd(np.array(along))
         rank = int((sizes > DEPENDENT).sum())
-        given[node] = right[:rank].T @ ((left[:, :rank].T @ np.array(speeds[node])) / sizes[:rank])
-        blocks[node] = np.eye(3) - right[:rank].T @ right[:rank]
+        prescribed[node] = normals_span[:rank].T @ ((basis[:, :rank].T @ np.array(speeds[node])) / sizes[:rank])
+        blocks[node] = np.eye(3) - normals_span[:rank].T @ normals_span[:rank]
     pairs = np.array(list(combinations(range(mesh.cells.shape[1]), 2)))
     ends = np.unique(np.sort(mesh.cells[:, pairs].reshape(-1, 2), axis=1), axis=0)
     weights = 1 / ((mesh.nodes[ends[:, 0]] - mesh.nodes[ends[:, 1]]) ** 2).sum(axis=1)
@@ -122,5 +126,5 @@ def _extended(mesh: MeshRecord, normals: dict[int, list[np.ndarray]], speeds: di
     scale = float(laplacian.diagonal().mean())
     # In the directions that are given, the identity keeps the matrix regular.
     A = P @ L @ P + scale * (sparse.eye_array(3 * count) - P) + FREE * scale * P
-    free = linalg.spsolve(sparse.csc_array(A), -(P @ (L @ given.ravel())))
-    return given + (P @ free).reshape(-1, 3)
+    free = linalg.spsolve(sparse.csc_array(A), -(P @ (L @ prescribed.ravel())))
+    return prescribed + (P @ free).reshape(-1, 3)

@@ -75,9 +75,9 @@ class Differentiated:
         changes |= self._flight_changes(varied, step)
         totals = np.empty(len(self.reads))
         for i, (read, gradient) in enumerate(zip(self.reads, self.gradients, strict=True)):
-            apart = {k: read(Steps(system, self.steps.tape, self.steps.dt)).value for k, system in varied.items()}
+            explicit = {k: read(Steps(system, self.steps.tape, self.steps.dt)).value for k, system in varied.items()}
             by_arrays = sum(float(np.vdot(getattr(gradient, name), change)) for name, change in changes.items())
-            totals[i] = by_arrays + difference(apart, step)
+            totals[i] = by_arrays + difference(explicit, step)
         return totals
 
     def _flight_changes(self, varied: Mapping[int, System], step: float) -> dict[str, np.ndarray]:
@@ -85,21 +85,25 @@ class Differentiated:
 
         Errors of these add up over all steps: the arrays are taken apart by as much as their smoothness allows.
         """
-        names, system, dt = ("motion", "push"), self.steps.system, self.steps.dt
+        system, dt = self.steps.system, self.steps.dt
         stiffness, damping = system.stiffness, system.damping
-        by_stiffness = difference({k: one.stiffness for k, one in varied.items()}, step)
-        by_damping = difference({k: one.damping for k, one in varied.items()}, step)
+        by_stiffness = difference({k: changed_system.stiffness for k, changed_system in varied.items()}, step)
+        by_damping = difference({k: changed_system.damping for k, changed_system in varied.items()}, step)
         elastic = stiffness > 0
         sizes = np.maximum(damping, np.sqrt(stiffness))[elastic]
         rates = np.append(by_stiffness[elastic] / stiffness[elastic], by_damping[elastic] / sizes)
         largest = float(np.abs(rates).max(initial=0.0))
         if largest == 0.0:
-            return {name: np.zeros_like(getattr(flight(stiffness, damping, dt), name)) for name in names}
-        apart = FLIGHT_STEP / largest
+            still = flight(stiffness, damping, dt)
+            return {"motion": np.zeros_like(still.motion), "push": np.zeros_like(still.push)}
+        apart_by = FLIGHT_STEP / largest
         flights = {
-            k: flight(stiffness + k * apart * by_stiffness, damping + k * apart * by_damping, dt) for k in WEIGHTS
+            k: flight(stiffness + k * apart_by * by_stiffness, damping + k * apart_by * by_damping, dt) for k in WEIGHTS
         }
-        return {name: difference({k: getattr(one, name) for k, one in flights.items()}, apart) for name in names}
+        return {
+            "motion": difference({k: moved.motion for k, moved in flights.items()}, apart_by),
+            "push": difference({k: moved.push for k, moved in flights.items()}, apart_by),
+        }
 
 
 def differentiated(system: System, reads: list[Read], dt: float, count: int) -> Differentiated:

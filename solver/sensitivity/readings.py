@@ -52,7 +52,7 @@ def reader(system: System, text: str) -> tuple[Read, str]:
     span = _span(text, spanned, system.scene.run.duration)
     if spanned and name != "impulse":
         raise SceneError(f"quantity '{text}': a time span is given, only the impulse of a contact takes one")
-    contacts = {contact.name: number for number, contact in enumerate(system.contacts)}
+    contacts = {contact.name: index for index, contact in enumerate(system.contacts)}
     if owner in contacts and name in OF_CONTACTS:
         read, unit = OF_CONTACTS[name]
         return lambda steps: read(steps, contacts[owner], span), unit
@@ -61,8 +61,8 @@ def reader(system: System, text: str) -> tuple[Read, str]:
         if not system.bodies[owner].rigid_count and name != "energy":
             raise SceneError(f"quantity '{text}': the body does not move freely")
         return lambda steps: read_body(steps, owner), unit
-    able = [f"{one}.{key}" for one in contacts for key in OF_CONTACTS]
-    able += [f"{one}.{key}" for one in system.bodies for key in OF_BODIES]
+    able = [f"{owner_name}.{key}" for owner_name in contacts for key in OF_CONTACTS]
+    able += [f"{owner_name}.{key}" for owner_name in system.bodies for key in OF_BODIES]
     if owner in contacts or owner in system.bodies:
         keys = OF_CONTACTS if owner in contacts else OF_BODIES
         raise SceneError(f"quantity '{text}': it has no derivative here; {owner} has {', '.join(keys)}")
@@ -74,24 +74,24 @@ def _span(text: str, spanned: re.Match[str] | None, duration: float) -> tuple[fl
     if spanned is None:
         return 0.0, duration
     try:
-        begin, end = float(spanned["begin"] or 0.0), float(spanned["end"] or duration)
+        start, end = float(spanned["begin"] or 0.0), float(spanned["end"] or duration)
     except ValueError:
         raise SceneError(f"quantity '{text}': BEGIN and END are times [s], as in wall.impulse[0:1e-4]") from None
-    if not 0 <= begin < end <= duration:
-        raise SceneError(f"quantity '{text}': {begin:g} to {end:g} s; allowed: rising times from 0 to {duration:g} s")
-    return begin, end
+    if not 0 <= start < end <= duration:
+        raise SceneError(f"quantity '{text}': {start:g} to {end:g} s; allowed: rising times from 0 to {duration:g} s")
+    return start, end
 
 
-def _resultants(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _resultants(steps: Steps, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the mean force of a contact in each step [N], (S, 3), its ports (c,), and their directions (c, 3)."""
-    contact = steps.system.contacts[number]
+    contact = steps.system.contacts[index]
     normals = contact_ports(ports_of(steps.system), contact)
     return steps.tape.mean[:, normals] @ contact.directions, normals, contact.directions
 
 
-def _of_resultants(steps: Steps, number: int, value: float, by_force: np.ndarray) -> Reading:
+def _of_resultants(steps: Steps, index: int, value: float, by_force: np.ndarray) -> Reading:
     """Return a reading from its derivatives by the resultant in each step, (S, 3)."""
-    _, normals, directions = _resultants(steps, number)
+    _, normals, directions = _resultants(steps, index)
     means = np.zeros(steps.tape.mean.shape)
     means[:, normals] = by_force @ directions.T
     return Reading(value, means, np.zeros((2, steps.tape.q.shape[1])))
@@ -103,55 +103,55 @@ def _shares(steps: Steps, span: tuple[float, float]) -> np.ndarray:
     return np.diff(edges)
 
 
-def _impulse(steps: Steps, number: int, span: tuple[float, float]) -> Reading:
-    forces, _, _ = _resultants(steps, number)
+def _impulse(steps: Steps, index: int, span: tuple[float, float]) -> Reading:
+    forces, _, _ = _resultants(steps, index)
     weights = _shares(steps, span)
     impulse = weights @ forces
     size = float(np.linalg.norm(impulse))
-    return _of_resultants(steps, number, size, np.outer(weights, impulse / size if size > 0 else impulse))
+    return _of_resultants(steps, index, size, np.outer(weights, impulse / size if size > 0 else impulse))
 
 
-def _power_means(steps: Steps, number: int) -> tuple[np.ndarray, np.ndarray]:
+def _power_means(steps: Steps, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the sizes of the resultant in each step [N], (S,), and their derivatives by it, (S, 3)."""
-    forces, _, _ = _resultants(steps, number)
+    forces, _, _ = _resultants(steps, index)
     sizes = np.linalg.norm(forces, axis=1)
     return sizes, np.divide(forces, sizes[:, None], out=np.zeros_like(forces), where=sizes[:, None] > 0)
 
 
-def _force_norm(steps: Steps, number: int, span: tuple[float, float]) -> Reading:
+def _force_norm(steps: Steps, index: int, span: tuple[float, float]) -> Reading:
     """(∫ F^(k+1) dt / ∫ F dt)^(1/k): the mean of F^k over the impulse, near to the largest force from below."""
-    sizes, slopes = _power_means(steps, number)
+    sizes, slopes = _power_means(steps, index)
     total, top = float(sizes.sum()), float(sizes.max(initial=0.0))
     if total == 0.0:
-        return _of_resultants(steps, number, 0.0, slopes)
+        return _of_resultants(steps, index, 0.0, slopes)
     scaled = sizes / top
     raised = float((scaled ** (POWER + 1)).sum()) * top
     value = top * (raised / total) ** (1 / POWER)
     by_size = value / POWER * ((POWER + 1) * scaled**POWER / raised - 1 / total)
-    return _of_resultants(steps, number, value, by_size[:, None] * slopes)
+    return _of_resultants(steps, index, value, by_size[:, None] * slopes)
 
 
-def _force_duration(steps: Steps, number: int, span: tuple[float, float]) -> Reading:
+def _force_duration(steps: Steps, index: int, span: tuple[float, float]) -> Reading:
     """(∫ F dt)² / ∫ F² dt: how long a constant force with the same impulse and the same mean square acts."""
-    sizes, slopes = _power_means(steps, number)
+    sizes, slopes = _power_means(steps, index)
     total, square = float(sizes.sum()), float((sizes**2).sum())
     if total == 0.0:
-        return _of_resultants(steps, number, 0.0, slopes)
+        return _of_resultants(steps, index, 0.0, slopes)
     value = steps.dt * total**2 / square
     by_size = value * (2 / total - 2 * sizes / square)
-    return _of_resultants(steps, number, value, by_size[:, None] * slopes)
+    return _of_resultants(steps, index, value, by_size[:, None] * slopes)
 
 
-def _rebound_velocity(steps: Steps, number: int, span: tuple[float, float]) -> Reading:
+def _rebound_velocity(steps: Steps, index: int, span: tuple[float, float]) -> Reading:
     """The velocity of the contact's body along the impulse on it."""
-    impulse = steps.dt * _resultants(steps, number)[0].sum(axis=0)
-    size, body = float(np.linalg.norm(impulse)), steps.system.bodies[steps.system.contacts[number].body]
+    impulse = steps.dt * _resultants(steps, index)[0].sum(axis=0)
+    size, body = float(np.linalg.norm(impulse)), steps.system.bodies[steps.system.contacts[index].body]
     velocity = body.centre_motion(steps.tape.v[-1, body.rigid])[:3]
     along = impulse / size if size > 0 else impulse
     value = float(velocity @ along)
     by_impulse = (velocity - value * along) / size if size > 0 else np.zeros(3)
     by_force = np.tile(steps.dt * by_impulse, (len(steps.tape.mean), 1))
-    reading = _of_resultants(steps, number, value, by_force)
+    reading = _of_resultants(steps, index, value, by_force)
     reading.ends[1, body.rigid] = body.twists[:, :3] @ along
     return reading
 
@@ -172,9 +172,9 @@ def _motion_of(row: int, component: int) -> Callable[[Steps, str], Reading]:
 def _energy(steps: Steps, name: str) -> Reading:
     """Kinetic and strain energy of a body's coordinates at the end of the run."""
     body, tape, stiffness = steps.system.bodies[name], steps.tape, steps.system.stiffness
-    own = body.coordinates
+    span_of_body = body.coordinates
     ends = np.zeros((2, len(stiffness)))
-    ends[0, own], ends[1, own] = (stiffness * tape.q[-1])[own], tape.v[-1, own]
+    ends[0, span_of_body], ends[1, span_of_body] = (stiffness * tape.q[-1])[span_of_body], tape.v[-1, span_of_body]
     value = 0.5 * float(ends[0] @ tape.q[-1] + ends[1] @ tape.v[-1])
     return Reading(value, np.zeros(tape.mean.shape), ends)
 

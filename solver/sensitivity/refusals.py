@@ -48,8 +48,18 @@ def refuse_arrays(system: System, loop: Small) -> None:
     for block in ports.blocks:
         if block.kind not in (Kind.UNILATERAL, Kind.LAW, Kind.SPRING, Kind.GIVEN):
             raise SceneError(f"{block.name}: no derivative is found through this kind of port, {block.kind.name}")
-    named = {contact.name: contact_ports(ports, contact) for contact in system.contacts}
-    for name, normals in named.items():
+    _refuse_laws(system, loop)
+    if constants.edged or constants.slides:
+        raise SceneError("contact: no derivative is found through faces with edges and sliding pairs")
+    if (constants.table[:, 1] > 0).any():
+        raise SceneError("force: no derivative is found through a spring by a table; give its stiffness")
+
+
+def _refuse_laws(system: System, loop: Small) -> None:
+    """Raise a SceneError where a contact has a law that no derivative is found through, or no compliance."""
+    constants = loop.arrays.constants
+    for contact in system.contacts:
+        name, normals = contact.name, contact_ports(loop.ports, contact)
         if (constants.law[normals, 2] > 0).any():
             raise SceneError(
                 f"contact.{name}.law: it loses energy by the speed of approach of each contact, through which no"
@@ -61,10 +71,6 @@ def refuse_arrays(system: System, loop: Small) -> None:
                 f"contact.{name}: it has no compliance, so that velocities jump: no derivative is found through a jump;"
                 " give it surface_stiffness or a law"
             )
-    if constants.edged or constants.slides:
-        raise SceneError("contact: no derivative is found through faces with edges and sliding pairs")
-    if (constants.table[:, 1] > 0).any():
-        raise SceneError("force: no derivative is found through a spring by a table; give its stiffness")
 
 
 def refuse_grazing(system: System, loop: Small, tape: Tape) -> None:

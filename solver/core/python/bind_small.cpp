@@ -80,8 +80,9 @@ void bind_small(nb::module_& m) {
         .def("march_kept", &Small::march_kept, nb::arg("given"), nb::arg("out"), nb::arg("tape"),
              "Take the steps of a tape from the start, and keep their states; False where one failed.")
         .def("march_backward", &Small::march_backward, nb::arg("tape"), nb::arg("means"), nb::arg("work"), nb::arg("out"),
-             "Add the derivatives of a quantity by all steps of a tape to `out`, which begins with those by the state at the"
-             " end; means: those by the mean force of each port in each step, (S, p). False where a step's are singular.")
+             "Add the derivatives of a quantity by all steps of a tape to `out`, which begins with those by the state at"
+             " the end; means: those by the mean force of each port in each step, (S, p). False where a step's are"
+             " singular.")
         .def("solve", &Small::solve, "Find the forces of the candidates that the arrays list; False where none are found.")
         .def("touch", &Small::touch, nb::arg("port"), "Measure the tangents of the cone at a port from their anchors [m].");
     loop.attr("WINDOW") = small::WINDOW;

@@ -1,7 +1,7 @@
 /* Derivatives of a quantity of a run with respect to all constants of its steps, by one pass backward over a tape.
  *
- * A step gives its unknowns z, forces at its end and extra means, by F(z, theta) = 0 for theta all else: constants and the state
- * at its start. With J_z the derivatives of the quantity by z through the steps that follow,
+ * A step gives its unknowns z, forces at its end and extra means, by F(z, theta) = 0 for theta all else: constants and
+ * the state at its start. With J_z the derivatives of the quantity by z through the steps that follow,
  *     F_z^T nu = J_z,   dJ/dtheta = J_theta - nu^T F_theta.
  * Ports are unilateral ones over a compliance, laws without loss by the speed of approach, springs and given loads.
  */
@@ -11,10 +11,10 @@
 
 namespace gudgeon::small {
 
-/* Derivatives of the quantity, to which a pass adds; those by a state are of its end before and of its start after it. */
+/* Derivatives of the quantity, to which a pass adds; those by a state are of the end before it, then of the start. */
 struct Gradient {
-    GUDGEON_SHAPES("motion 4 m, push 2 m, gravity m, rows p m, residual s p p, memory s 3 p, layer p, offset p, law p 4, "
-                   "loads 2 S g, state 2 m, force p, held s p")
+    GUDGEON_SHAPES("motion 4 m, push 2 m, gravity m, rows p m, residual s p p, memory s 3 p, layer p, offset p, "
+                   "law p 4, loads 2 S g, state 2 m, force p, held s p")
     Mat motion, push;  /* As in `Flight`, (4, m), (2, m). */
     Vec gravity;      /* (m,) */
     Mat rows;         /* W, (p, m). */
@@ -25,20 +25,21 @@ struct Gradient {
     Cube loads;       /* Means of given loads, and at the ends of steps, (2, S, g). */
     Mat state;        /* q and its rate, (2, m). */
     Vec force;        /* Forces of the ports at the end of a step, (p,). */
-    Mat held;         /* r, (s, p). */
+    Mat held;  /* r, (s, p). */
     GUDGEON_FIELDS(motion, push, gravity, rows, residual, memory, layer, offset, law, loads, state, force, held)
 };
 
 /* Work arrays of a pass. */
 struct Backward {
-    GUDGEON_SHAPES("ports p+1, active p+1, altered p+1, total m, pulled m, after p, before p, way p, now p, ways s p, "
-                   "starts s p, matrix 2p 2p, right 2p")
+    GUDGEON_SHAPES("ports p+1, active p+1, altered p+1, total m, pulled m, after p, before p, way p, now p, "
+                   "ways s p, starts s p, matrix 2p 2p, right 2p")
     Ints ports;       /* Ports with a force in the step or at its start, after how many, (p + 1,). */
     Ints active;      /* Those that respond, likewise. */
     Ints altered;     /* Those with an extra mean, likewise. */
     Vec total;        /* Mean generalised force of the step, (m,). */
     Vec pulled;       /* Derivatives by it, (m,). */
-    Vec after, before, way;  /* By displacements at the end and at the start of the step, and ways of compliances, (p,). */
+    Vec after, before;  /* By displacements at the end and at the start of the step, (p,). */
+    Vec way;          /* By ways of compliances, (p,). */
     Vec now;          /* By forces at its end, (p,). */
     Mat ways, starts;  /* By r at its end and at its start, (s, p). */
     Mat matrix;       /* F_z^T, (2 p, 2 p). */
@@ -133,8 +134,8 @@ inline Dual extra_slopes(const Constants& constants, const TapeStep& step, Index
     return closes ? closing_extra(at, constants.share[i]) : opening_extra(at, constants.share[i]);
 }
 
-/* Add row `row` of F_z for a response with derivatives by the displacement at the end, the way, both of port i, of all unknowns,
- * as a column of the matrix. */
+/* Add a row of F_z, as a column of the matrix: of a response with derivatives by the displacement at the end and by the
+ * way of port i. */
 inline void add_unknowns(const Constants& constants, const Backward& work, Index column, Index i, double after,
                          double way) noexcept {
     const Index count = work.active[0];
@@ -149,7 +150,7 @@ inline void add_unknowns(const Constants& constants, const Backward& work, Index
         work.matrix(count + n, column) += after * inertia_of(constants, i, work.altered[n + 1]);
 }
 
-/* Set the derivatives by displacements, ways and laws from those by the unknowns, which `right` has; false where F_z is singular. */
+/* Set the derivatives by displacements and laws from those by the unknowns, in `right`; false where F_z is singular. */
 inline bool respond_backward(const Constants& constants, const TapeStep& step, const Backward& work,
                              const Gradient& out) noexcept {
     const Index count = work.active[0], size = count + work.altered[0];
@@ -223,7 +224,9 @@ inline void close_backward(const Constants& constants, const TapeStep& step, con
     }
 }
 
-/* Set the derivatives by the unknowns of a step through the steps that follow.  means: by the mean forces of the step, (p,). */
+/* Set the derivatives by the unknowns of a step through the steps that follow.
+ *
+ * means: by the mean forces of the step, (p,). */
 inline void begin_backward(const Constants& constants, const Backward& work, const Gradient& out, CVec means) noexcept {
     const CVec by_q = out.state[0], by_v = out.state[1];
     for (Index k = 0; k < by_q.size(); ++k)
@@ -231,7 +234,8 @@ inline void begin_backward(const Constants& constants, const Backward& work, con
     for (Index n = 1; n <= work.active[0]; ++n) {
         const Index i = work.active[n];
         double by_force = out.force[i] + constants.share[i] * (means[i] + moved(constants.rows, i, work.pulled));
-        for (Index s = 0; s < out.held.size(); ++s) by_force += constants.memory(s, 2, i) * out.held(s, i);
+        for (Index s = 0; s < out.held.size(); ++s)
+            by_force += constants.memory(s, 2, i) * out.held(s, i);
         work.right[n - 1] = by_force;
     }
     for (Index n = 1; n <= work.altered[0]; ++n) {
@@ -333,7 +337,7 @@ inline void fly_backward(const Constants& constants, const TapeStep& step, const
         if (const Index i = work.ports[n]; work.before[i] != 0.0) push(constants.rows, i, work.before[i], by_q);
 }
 
-/* Take the derivatives by the state at the end of step number n of a tape to that at its start; false where F_z is singular.
+/* Take the derivatives by the state at the end of step n of a tape to that at its start; false where F_z is singular.
  *
  * means: derivatives by the mean forces of the step, (p,). */
 inline bool step_backward(const Constants& constants, const Tape& tape, Index n, CVec means, const Backward& work,
@@ -357,7 +361,7 @@ inline bool step_backward(const Constants& constants, const Tape& tape, Index n,
 
 /* Add the derivatives of a quantity by all steps of a tape, backward; false where F_z is singular.
  *
- * means: its derivatives by the mean forces of ports in each step, (S, p); `out` begins with those by the state at the end. */
+ * means: its derivatives by the mean forces of ports in each step, (S, p); `out` begins with those by the last state. */
 inline bool march_backward(const Constants& constants, const Tape& tape, CMat means, const Backward& work,
                            const Gradient& out) noexcept {
     for (Index n = tape.mean.size() - 1; n >= 0; --n)

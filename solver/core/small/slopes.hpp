@@ -46,9 +46,9 @@ inline Dual root_of(const Dual& a) noexcept {
 /* Arguments of an extra mean, by which `Dual` has derivatives. */
 enum Argument { FORCE, PLACE, WAY, INERTIA, EXTRA, YIELD };
 
-/* What an extra mean depends on: the force of the port at the end of the step where it closes, at its start where it opens [N];
- * its gap at the start where it closes, its measure at the end where it opens [m]; the way of its compliance [m]; the
- * inertia and the compliance of the port [m/N]; the extra mean itself [N]. */
+/* What an extra mean depends on: the force of the port at the end of the step where it closes, at its start where it
+ * opens [N]; its gap at the start where it closes, its measure at the end where it opens [m]; the way of its compliance
+ * [m]; the inertia and the compliance of the port [m/N]; the extra mean itself [N]. */
 struct Closure {
     double force, place, way, inertia, extra, yield;
 };
@@ -78,8 +78,8 @@ inline Dual opening_extra(const Closure& at, double share) noexcept {
     return (way / (way - end) - Dual{1.0}) * force;
 }
 
-/* Derivatives of the force of a law or a spring: by the displacements at the start and at the end of a step [N/m], and by the
- * first, second and fourth coefficient of its law. */
+/* Derivatives of the force of a law or a spring: by the displacements at the start and at the end of a step [N/m], and
+ * by the first, second and fourth coefficient of its law. */
 struct Slopes {
     double before, after, first, second, last;
 };
@@ -112,8 +112,9 @@ inline Slopes quotient_slopes(CVec law, double before, double after) noexcept {
     return found;
 }
 
-/* Of the force of a law without loss by the speed of approach that presses.  ends: whether it is that at the end of the step,
- * else its mean.  before, after: displacements [m].  dt: step [s]. */
+/* Of the force of a law without loss by the speed of approach that presses.
+ *
+ * ends: whether it is that at the end of the step, else its mean.  before, after: displacements [m].  dt: step [s]. */
 inline Slopes law_slopes(CVec law, bool ends, double before, double after, double dt) noexcept {
     const double per_rate = law[3] / dt;
     Slopes found{0.0, 0.0, 0.0, 0.0, 0.0};

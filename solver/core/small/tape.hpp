@@ -9,7 +9,7 @@ struct Tape {
     GUDGEON_SHAPES("q S+1 m, v S+1 m, unknown S+1 p, held S+1 s p, mean S p")
     Mat q, v;         /* (S + 1, m) */
     Mat unknown;      /* As in `State` [N], (S + 1, p). */
-    Cube held;        /* r: forces in the residual flexibility [N], (S + 1, s, p). */
+    Cube held;  /* r: forces in the residual flexibility [N], (S + 1, s, p). */
     Mat mean;         /* Mean forces of the steps [N], (S, p). */
     GUDGEON_FIELDS(q, v, unknown, held, mean)
 };

@@ -85,7 +85,8 @@ def begun(tape: Tape, ends: np.ndarray, g: int) -> tuple[Gradient, Backward]:
     )  # fmt: skip
     work = Backward(
         ports=np.zeros(p + 1, np.int64), active=np.zeros(p + 1, np.int64), altered=np.zeros(p + 1, np.int64),
-        total=np.zeros(m), pulled=np.zeros(m), after=np.zeros(p), before=np.zeros(p), way=np.zeros(p), now=np.zeros(p),
-        ways=np.zeros((s, p)), starts=np.zeros((s, p)), matrix=np.zeros((2 * p, 2 * p)), right=np.zeros(2 * p),
+        total=np.zeros(m), pulled=np.zeros(m), after=np.zeros(p), before=np.zeros(p), way=np.zeros(p),
+        now=np.zeros(p), ways=np.zeros((s, p)),
+        starts=np.zeros((s, p)), matrix=np.zeros((2 * p, 2 * p)), right=np.zeros(2 * p),
     )  # fmt: skip
     return gradient, work
