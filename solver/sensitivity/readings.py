@@ -1,7 +1,7 @@
 """Quantities with a derivative, as functions of the states of a run, with their derivatives by these."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,12 +61,16 @@ def reader(system: System, text: str) -> tuple[Read, str]:
         if not system.bodies[owner].rigid_count and name != "energy":
             raise SceneError(f"quantity '{text}': the body does not move freely")
         return lambda steps: read_body(steps, owner), unit
-    able = [f"{owner_name}.{key}" for owner_name in contacts for key in OF_CONTACTS]
-    able += [f"{owner_name}.{key}" for owner_name in system.bodies for key in OF_BODIES]
-    if owner in contacts or owner in system.bodies:
-        keys = OF_CONTACTS if owner in contacts else OF_BODIES
-        raise SceneError(f"quantity '{text}': it has no derivative here; {owner} has {', '.join(keys)}")
-    raise SceneError(f"quantity '{text}': is unknown, {suggestion(text, able)}the scene has {', '.join(able)}")
+    raise SceneError(f"quantity '{text}': {_unknown(text, owner, contacts, system.bodies)}")
+
+
+def _unknown(text: str, owner: str, contacts: Iterable[str], bodies: Iterable[str]) -> str:
+    """Return why a quantity is refused: its owner has no such one, or there is no such owner."""
+    names = dict.fromkeys(contacts, tuple(OF_CONTACTS)) | dict.fromkeys(bodies, tuple(OF_BODIES))
+    if owner in names:
+        return f"it has no derivative here; {owner} has {', '.join(names[owner])}"
+    able = [f"{member}.{name}" for member, keys in names.items() for name in keys]
+    return f"is unknown, {suggestion(text, able)}the scene has {', '.join(able)}"
 
 
 def _span(text: str, spanned: re.Match[str] | None, duration: float) -> tuple[float, float]:
