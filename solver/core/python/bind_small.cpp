@@ -39,9 +39,9 @@ public:
     }
 
     bool march_kept(nb::handle given, nb::handle out, nb::handle tape) {
-        const auto signals = read<small::Given>(given, sizes_);
-        const auto found = read<small::Found>(out, sizes_);
         Sizes sizes = sizes_;
+        const auto signals = read<small::Given>(given, sizes);
+        const auto found = read<small::Found>(out, sizes);
         const auto kept = read<small::Tape>(tape, sizes);
         nb::gil_scoped_release released;
         return small::march_kept(loop_, signals, found, kept);
