@@ -34,7 +34,7 @@ BLOCK: dict[str, Any] = {
     "body": {"block": {"component": "block", "velocity": [1.0, 0.0, 0.0]}},
     "contact": {
         "wall": {
-            "body": "block", "interface": "end", "law": {"kind": "hertz", "stiffness": 1e10},
+            "body": "block", "interface": "end", "surface_stiffness": 1e14,
             "against": {"shape": "plane", "point": [0.05003, 0.0, 0.0], "normal": [-1.0, 0.0, 0.0]},
         }
     },
@@ -54,13 +54,14 @@ LINER: dict[str, Any] = BLOCK | {
     "body": {"block": {"component": "block"}},
     "contact": {
         "wall": {
-            "body": "block", "interface": "end", "law": {"kind": "hertz", "stiffness": 1e10},
+            "body": "block", "interface": "end", "surface_stiffness": 1e14,
             "against": {"shape": "plane", "point": [0.0, 0.0, -1e-3], "normal": [0.0, 0.0, 1.0]},
         }
     },
     "run": {"duration": 6e-5, "step": STEP},
 }  # fmt: skip
-QUANTITIES = ["wall.impulse", "wall.impulse[0:6e-5]", "wall.force_norm"]
+QUANTITIES = ["wall.impulse[0:4.5e-5]", "wall.impulse[0:6e-5]"]
+"""Before a point opens: the means of closing and opening settle to 1e-6 of a force, which differences notice."""
 
 
 def recomputed(scene: dict[str, Any], key: str, share: float, tmp_path: Path) -> tuple[np.ndarray, np.ndarray]:
