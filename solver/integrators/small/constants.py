@@ -189,9 +189,9 @@ def _blocks(ports: Ports) -> tuple[np.ndarray, np.ndarray]:
     block, size = np.zeros((2, len(ports.offset)), np.int64)
     for item, here in zip(ports.blocks, ports.places, strict=True):
         each = block_size(item)
-        first = np.arange(here.start, here.stop, each)
-        size[first] = each
-        block[here] = np.repeat(first, each)
+        first_ports = np.arange(here.start, here.stop, each)
+        size[first_ports] = each
+        block[here] = np.repeat(first_ports, each)
     return block, size
 
 
@@ -289,8 +289,8 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind in (Kind.UNILATERAL, Kind.CONE):
             each = BLOCK.get(item.kind, 1)
-            first = np.arange(here.start, here.stop, each)
-            jumps[here] = np.repeat(np.take(alone, first) & (layer[first] == 0), each)
+            first_ports = np.arange(here.start, here.stop, each)
+            jumps[here] = np.repeat(np.take(alone, first_ports) & (layer[first_ports] == 0), each)
     return jumps
 
 
@@ -322,8 +322,8 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, softness: np.ndar
             share[here] = 0.5
             continue
         each = block_size(item)
-        first = np.arange(here.start, here.stop, each)
-        averaged = own[first] & (level[first] == POSITION)
+        first_ports = np.arange(here.start, here.stop, each)
+        averaged = own[first_ports] & (level[first_ports] == POSITION)
         share[here] = np.where(np.repeat(averaged, each), 0.5, 1.0)
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.SURFACE:
