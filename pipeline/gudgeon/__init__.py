@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     __version__: str
     from gudgeon.modaldb import open
     from gudgeon.pipeline.kinds import open_job, plan, report, run, simulation, status
-    from gudgeon.pipeline.kinds.commands import component, export, linear, robustness, wear
+    from gudgeon.pipeline.kinds.commands import component, export, linear, robustness, sensitivity, wear
     from gudgeon.pipeline.kinds.parts import example, faces, new, schema
     from gudgeon.pipeline.kinds.sensors import calibrate, identify, infer, signals, wrench
     from gudgeon.pipeline.scenes.bodies import SceneFile as Scene
@@ -54,6 +54,7 @@ _HOMES = {
     "robustness": "gudgeon.pipeline.kinds.commands:robustness",
     "run": "gudgeon.pipeline.kinds:run",
     "schema": "gudgeon.pipeline.kinds.parts:schema",
+    "sensitivity": "gudgeon.pipeline.kinds.commands:sensitivity",
     "signals": "gudgeon.pipeline.kinds.sensors:signals",
     "simulate": "gudgeon.solver.simulate:simulate",
     "simulation": "gudgeon.pipeline.kinds:simulation",
@@ -83,6 +84,7 @@ __all__ = [
     "robustness",
     "run",
     "schema",
+    "sensitivity",
     "signals",
     "simulate",
     "simulation",

@@ -62,6 +62,7 @@ BODY = Kind(
         "report": Late("gudgeon.pipeline.report.bodies:report_scene"),
         "robustness": Late("gudgeon.pipeline.robustness.run:body_subject"),
         "linear": Late("gudgeon.pipeline.linear.analysis:analyse"),
+        "sensitivity": Late("gudgeon.pipeline.sensitivity.analysis:sense"),
         "export": Late("gudgeon.pipeline.exporters.export:export"),
         "calibrate": Late("gudgeon.pipeline.applications.sensing.job:calibrate"),
         "signals": Late("gudgeon.pipeline.applications.sensing.job:signals"),

@@ -1,4 +1,4 @@
-"""Functions of the commands on a scene: linear analysis, robustness, exports, wear, and the matrices of a component.
+"""Functions of the commands on a scene: linear analysis, sensitivities, robustness, exports, wear, matrices of a part.
 
 All take a scene and the arguments `set`, `db` and `out` of `kinds.open_job`, and raise its errors; see there.
 """
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.applications.wear.report import WearReport
     from gudgeon.pipeline.linear.analysis import Answer
     from gudgeon.pipeline.reduction.matrices import ComponentMatrices
+    from gudgeon.pipeline.sensitivity.report import SensitivityReport
 
 Changes = Sequence[str] | Mapping[str, Any]
 """Overrides of a scene, as `kinds.open_job` takes them."""
@@ -67,6 +68,40 @@ def linear(
     job = open_job(scene, set=set, db=db, out=out)
     request = Asked(tuple(closed), force, tuple(at), quantity, frequencies, points, loss=loss, static=static)
     return job.kind.function(job.path, "linear")(job, request, shown(progress))
+
+
+def sensitivity(
+    scene: Given,
+    *,
+    of: Sequence[str] = (),
+    by: Sequence[str] = (),
+    accuracy: float = 1e-5,
+    set: Changes = (),
+    db: Place = None,
+    out: Place = None,
+    progress: Progress | None = None,
+) -> "SensitivityReport":
+    """Compute derivatives of quantities of a run and of frequencies with respect to keys of its scene.
+
+    >>> import gudgeon
+    >>> answer = gudgeon.sensitivity(gudgeon.example("hertz") / "half-space.toml", of=["pair.force_norm"],
+    ...                              by=["body.one.velocity.0"], set={"run.step": 2e-7})
+    >>> [(d.parameter.key, round(d.relative, 3)) for d in answer.derivatives]          # 6/5 of Hertz
+    [('body.one.velocity.0', 1.2)]
+
+    Args:
+        of: Quantities; default: impulse and force_norm of each contact. See docs/sensitivities.md.
+        by: Keys of numbers, as `set` takes them; default: materials, speeds, laws, layers, damping and springs.
+        accuracy: Largest change of a derivative by the last halving of the step, over the largest of its quantity.
+
+    Raises:
+        InputError: a quantity or a key has no derivative, or the scene has what none is found through.
+    """
+    from gudgeon.pipeline.sensitivity.analysis import Asked
+
+    job = open_job(scene, set=set, db=db, out=out)
+    request = Asked(tuple(of), tuple(by), accuracy)
+    return job.kind.function(job.path, "sensitivity")(job, request, shown(progress))
 
 
 def robustness(

@@ -62,12 +62,12 @@ def _residual_motion(system: System, trajectory: Trajectory, multipliers: np.nda
     ports = ports_of(system)
     forces, normals = np.zeros((len(multipliers), len(ports.kind))), np.zeros(len(system.gap), np.int64)
     for contact, block in zip(system.contacts, ports.blocks, strict=False):  # Contacts are the first blocks.
-        normals[contact.rows] = places = contact_ports(ports, contact)
-        forces[:, places] = multipliers[:, contact.rows]
+        normals[contact.rows] = numbers = contact_ports(ports, contact)
+        forces[:, numbers] = multipliers[:, contact.rows]
         friction = trajectory.contacts[contact.name].friction
         if friction is not None and block.directions is not None:
-            tangents = block.directions.reshape(len(places), -1, 3)[:, 1:]
-            forces[:, places[:, None] + [1, 2]] = np.einsum("fci,cki->fck", friction, tangents)
+            tangents = block.directions.reshape(len(numbers), -1, 3)[:, 1:]
+            forces[:, numbers[:, None] + [1, 2]] = np.einsum("fci,cki->fck", friction, tangents)
     return (forces @ ports.residual)[:, normals]
 
 

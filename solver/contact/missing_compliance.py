@@ -63,13 +63,13 @@ def check_compliance(
         fixed = missing[flexibility[missing] <= HELD * flexibility.max()]
         if side.body.modal.reduction != "rigid" and len(fixed):
             raise SceneError(_held(scene, name, side, fixed))
-    whole = len(missing) == len(residual)
-    places = "" if whole else _points(scene, sides[0], missing)
-    where = "all interface motion" if whole else f"all motion of {places}, as on the edge of a tie"
-    way = "keep fewer shapes, use method 'constraint', or" if whole else "leave them out of the interface, or"
+    retained, remedy = "all interface motion", "keep fewer shapes, use method 'constraint',"
+    if len(missing) < len(residual):
+        retained = f"all motion of {_points(scene, sides[0], missing)}, as on the edge of a tie"
+        remedy = "leave them out of the interface,"
     raise SceneError(
         f"contact.{name}.method: '{contact.method}' needs residual flexibility, but the retained shapes already contain"
-        f" {where} (R = 0); {way} set contact.{name}.surface_stiffness"
+        f" {retained} (R = 0); {remedy} or set contact.{name}.surface_stiffness"
     )
 
 

@@ -29,6 +29,13 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
             "designs to store, and the lines of the scene",
         ),
     ),
+    "sensitivity": (
+        ("gudgeon sensitivity data/hertz/half-space.toml --by contact.pair.law.modulus", "of impulse and force"),
+        (
+            "gudgeon sensitivity data/rod-wall --of 'wall.impulse[0:1e-4]'",
+            "of the impulse up to 0.1 ms",
+        ),
+    ),
     "wear": (
         ("gudgeon wear data/clearance-joint/wear.toml --period 0.012", "worn depth over the angle, and a picture"),
         ("gudgeon wear data/piston/wear.toml --cycles 1e6", "worn depth of the skirt and of the liner"),

@@ -153,7 +153,7 @@ def _by_bodies(system: System, ports: Ports, factors: tuple[np.ndarray, np.ndarr
     rows = [ports.rows.over(at) for at in places]
 
     def block(own: range, to: np.ndarray) -> np.ndarray:
-        found = np.zeros((len(own), len(to)))
+        moved_by_forces = np.zeros((len(own), len(to)))
         for number in {int(one) for one in ports.sides[own.start] if one >= 0}:
             near = np.flatnonzero((ports.sides[to] == number).any(axis=1))
             moved, placed, faster = rows[number].among(to[near]), level[to[near]], factors[1][places[number]]
@@ -161,10 +161,10 @@ def _by_bodies(system: System, ports: Ports, factors: tuple[np.ndarray, np.ndarr
             pushes = pushes + np.where((placed == STABILISED)[:, None], 0.5 * faster, 0.0)
             products = rows[number].among(np.arange(own.start, own.stop)) @ (moved * pushes).T
             if len(near) == len(to):
-                found += products
+                moved_by_forces += products
             else:
-                found[:, near] += products
-        return found
+                moved_by_forces[:, near] += products
+        return moved_by_forces
 
     return ports.pairs.made(block)
 
@@ -176,12 +176,12 @@ def _flexible(pairs: Pairs, residual: np.ndarray, end: np.ndarray) -> np.ndarray
         residual: By rows of what is moved, by sides, (s, t).
         end: Share of a force at the end of a step that its flexibility has by then, (s, p).
     """
-    found = np.zeros(pairs.size)
+    flexible = np.zeros(pairs.size)
     for side, share in zip(residual, end, strict=True):
         for own, _, values in pairs.blocks(turned := pairs.turned(side)):
             values *= share[own.start : own.stop, None]
-        found += turned
-    return found
+        flexible += turned
+    return flexible
 
 
 def _blocks(ports: Ports) -> tuple[np.ndarray, np.ndarray]:
@@ -189,9 +189,9 @@ def _blocks(ports: Ports) -> tuple[np.ndarray, np.ndarray]:
     block, size = np.zeros((2, len(ports.offset)), np.int64)
     for item, here in zip(ports.blocks, ports.places, strict=True):
         each = block_size(item)
-        first = np.arange(here.start, here.stop, each)
-        size[first] = each
-        block[here] = np.repeat(first, each)
+        first_ports = np.arange(here.start, here.stop, each)
+        size[first_ports] = each
+        block[here] = np.repeat(first_ports, each)
     return block, size
 
 
@@ -215,15 +215,15 @@ def _measures(
 
 def _met(pairs: Pairs, touching: np.ndarray) -> np.ndarray:
     """Return first and last + 1 port of the groups with contacts, (c, 2)."""
-    found = [[own.start, own.stop] for own in pairs.groups if touching[own.start : own.stop].any()]
-    return np.array(found, np.int64).reshape(-1, 2)
+    ends = [[own.start, own.stop] for own in pairs.groups if touching[own.start : own.stop].any()]
+    return np.array(ends, np.int64).reshape(-1, 2)
 
 
 def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
     """Return what contacts and springs give to each of their ports."""
     p = len(ports.offset)
-    found = {name: np.zeros((p, *shape)) for name, shape in _PER_PORT.items()}
-    found["restitution"][:], contact = -1.0, np.full(p, -1)
+    arrays = {name: np.zeros((p, *shape)) for name, shape in _PER_PORT.items()}
+    arrays["restitution"][:], contact = -1.0, np.full(p, -1)
     for number, item in enumerate(system.contacts):
         here = ports.of(f"contact.{item.name}")
         contact[here] = number
@@ -231,28 +231,28 @@ def _per_port(system: System, ports: Ports) -> dict[str, np.ndarray]:
         each = (here.stop - here.start) // len(normals)
         rigid = system.rigid_contact[item.rows]
         for b in range(each):
-            found["restitution"][normals + b] = np.where(rigid, system.restitution[item.rows], -1.0)
-        found["friction"][normals] = system.friction[item.rows]
-        found["direction"][here] = ports.blocks[number].directions
+            arrays["restitution"][normals + b] = np.where(rigid, system.restitution[item.rows], -1.0)
+        arrays["friction"][normals] = system.friction[item.rows]
+        arrays["direction"][here] = ports.blocks[number].directions
         if ports.kind[here.start] in (Kind.LAW, Kind.RUBBING_LAW):
-            found["law"][normals] = system.law[item.rows]
+            arrays["law"][normals] = system.law[item.rows]
         else:
-            found["layer"][normals] = system.layer[item.rows]
+            arrays["layer"][normals] = system.layer[item.rows]
             compliance = system.residual.diagonal()[item.rows] + system.layer[item.rows]
-            found["delay"][normals] = system.dashpot[item.rows] * compliance
+            arrays["delay"][normals] = system.dashpot[item.rows] * compliance
         if each > 1:
             settings = system.scene.contact[item.name]
             velocity = np.asarray(getattr(settings.against, "velocity", (0.0, 0.0, 0.0)), float)
             for b in range(1, each):
-                found["belt"][normals + b] = found["direction"][normals + b] @ velocity
+                arrays["belt"][normals + b] = arrays["direction"][normals + b] @ velocity
     springs, first = system.springs, 0
     for name in system.scene.springs():
         here, rows = ports.of(f"force.{name}"), springs.of(name)
-        found["law"][here, 0], found["law"][here, 1] = springs.stiffness[rows], springs.damping[rows]
+        arrays["law"][here, 0], arrays["law"][here, 1] = springs.stiffness[rows], springs.damping[rows]
         if (knots := springs.knots.get(rows.start)) is not None:
-            found["table"][here] = first, first + len(knots)
+            arrays["table"][here] = first, first + len(knots)
             first += len(knots)
-    return found | {"contact": contact}
+    return arrays | {"contact": contact}
 
 
 _PER_PORT: dict[str, tuple[int, ...]] = {
@@ -279,7 +279,7 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
 
     It does not where one of two bodies yields without a dashpot.
     """
-    found = np.zeros(len(layer), np.bool_)
+    jumps = np.zeros(len(layer), np.bool_)
     yields: np.ndarray = np.array([one.diagonal() > 0 for one in ports.by_sides])
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.SURFACE:
@@ -289,9 +289,9 @@ def _jumps(ports: Ports, beta: np.ndarray, layer: np.ndarray, dt: float) -> np.n
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind in (Kind.UNILATERAL, Kind.CONE):
             each = BLOCK.get(item.kind, 1)
-            first = np.arange(here.start, here.stop, each)
-            found[here] = np.repeat(np.take(alone, first) & (layer[first] == 0), each)
-    return found
+            first_ports = np.arange(here.start, here.stop, each)
+            jumps[here] = np.repeat(np.take(alone, first_ports) & (layer[first_ports] == 0), each)
+    return jumps
 
 
 def _residual(ports: Ports, beta: np.ndarray, jumps: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
@@ -322,8 +322,8 @@ def _share(ports: Ports, level: np.ndarray, layer: np.ndarray, softness: np.ndar
             share[here] = 0.5
             continue
         each = block_size(item)
-        first = np.arange(here.start, here.stop, each)
-        averaged = own[first] & (level[first] == POSITION)
+        first_ports = np.arange(here.start, here.stop, each)
+        averaged = own[first_ports] & (level[first_ports] == POSITION)
         share[here] = np.where(np.repeat(averaged, each), 0.5, 1.0)
     for item, here in zip(ports.blocks, ports.places, strict=True):
         if item.kind == Kind.SURFACE:
@@ -339,11 +339,11 @@ def _inverses(ports: Ports, moved: list[str], columns: np.ndarray) -> np.ndarray
         columns: Measures by unknowns, a table by rows of what acts.
     """
     places = [ports.of(name) for name in moved]
-    found = np.zeros((len(ports.offset), max((here.stop - here.start for here in places), default=0)))
+    inverses = np.zeros((len(ports.offset), max((here.stop - here.start for here in places), default=0)))
     for here in places:
         own = np.arange(here.start, here.stop)
-        found[here, : len(own)] = np.linalg.inv(ports.pairs.matrix(columns).among(own, own).T)
-    return found
+        inverses[here, : len(own)] = np.linalg.inv(ports.pairs.matrix(columns).among(own, own).T)
+    return inverses
 
 
 def _rows(system: System, ports: Ports) -> Rows:

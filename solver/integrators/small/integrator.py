@@ -20,6 +20,7 @@ from gudgeon.solver.integrators.small.arrays import (
 )
 from gudgeon.solver.integrators.small.constants import constants_of, loop_of
 from gudgeon.solver.integrators.small.start import candidates, problem_of, state_of
+from gudgeon.solver.integrators.small.tape import Gradient, Tape, begun, empty_tape
 from gudgeon.solver.machine.memory import total_memory
 from gudgeon.solver.ports.members import contact_ports, function_ports, gauge_ports, ports_of, probe_ports
 from gudgeon.solver.result import Result
@@ -169,6 +170,34 @@ class Small(capabilities.Small):
             self.failure = Result.IMPACTS
             return False
         return sound
+
+    def kept(self, steps: int) -> Tape | None:
+        """Take steps from the start and return their states; None where one failed. No impacts are noted."""
+        state, (sides, p) = self.arrays.state, self.arrays.state.held.shape
+        tape = empty_tape(steps, len(state.q), p, sides)
+        return tape if self._loop.march_kept(self._drive(0, steps), self._bare, tape) else None
+
+    def derivatives(self, tape: Tape, means: np.ndarray, ends: np.ndarray) -> Gradient | None:
+        """Return the derivatives of a quantity by one pass back over a tape; None where those of a step are singular.
+
+        Args:
+            means: Its derivatives by the mean force of each port in each step, (S, p).
+            ends: The same by q and its rate at the end, (2, m).
+        """
+        gradient, work = begun(tape, ends, len(self.arrays.constants.given))
+        return gradient if self._loop.march_backward(tape, np.ascontiguousarray(means), work, gradient) else None
+
+    def model(self, steps: int) -> Gradient:
+        """Return all arrays that the result of a run depends on, in the places of their derivatives."""
+        constants, state, pairs = self.arrays.constants, self.arrays.state, self.ports.pairs
+        tables = [pairs.matrix(table).dense() for table in constants.residual.values]
+        p = len(constants.offset)
+        return Gradient(
+            motion=constants.motion, push=constants.push, gravity=constants.gravity, rows=self.ports.rows.dense(),
+            residual=np.array(tables).reshape(-1, p, p), memory=constants.memory, layer=constants.layer,
+            offset=constants.offset, law=constants.law, loads=self._drive(0, steps).loads,
+            state=np.stack([state.q, state.v]), force=state.unknown, held=state.held,
+        )  # fmt: skip
 
     def _take_slips(self) -> None:
         """Take the changes between slip and stick of the last steps."""

@@ -556,12 +556,12 @@ def test_friction_moves_points_by_the_residual_flexibility_as_well(tmp_path: Pat
     """Overlap of a nearly rigid layer is round-off beside what R of friction moves along the normals, 60 nm."""
     (tmp_path / "block.toml").write_text(RUBBING)
     job = kinds.open_job(tmp_path / "block.toml", db=tmp_path / "db", out=tmp_path / "out", set={})
-    system, found = simulated(job, quiet)
-    _, depth, bound = overlaps(system, found)
+    system, run = simulated(job, quiet)
+    _, depth, bound = overlaps(system, run)
     assert depth is not None
     assert bound is not None
     assert depth < min(2e-9, bound)
-    without = replace(found, contacts={"floor": replace(found.contacts["floor"], friction=None)})
+    without = replace(run, contacts={"floor": replace(run.contacts["floor"], friction=None)})
     assert max(overlaps(system, without)[0] or 0.0, 0.0) > 1e-8
 
 

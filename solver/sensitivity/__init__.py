@@ -1,0 +1,1 @@
+"""Derivatives of quantities of a run by one pass back over its steps."""
