@@ -117,7 +117,7 @@ def test_what_is_not_drawn_is_said_in_one_line() -> None:
     (line,) = absent_line(two_masses, [])
     assert line.startswith("not drawn: deformation: no body with an extent deforms; film: ")
     assert "stress: no body has a gauge of stress on a surface" in line
-    whole = two_masses | {name: Path(name) for name in ("deformation-a.png", "impact.mp4", "stress-a.png")}
-    assert not list(absent_line(whole, []))
+    drawn = two_masses | {name: Path(name) for name in ("deformation-a.png", "impact.mp4", "stress-a.png")}
+    assert not list(absent_line(drawn, []))
     assert "stress" not in next(iter(absent_line(two_masses, ["stress was not drawn: StageError: no force"])))
     assert not list(absent_line({"charge.png": Path("charge.png")}, []))
