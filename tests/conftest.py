@@ -42,7 +42,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Name the mark, and keep what validations find; of several processes, in the one that collects reports."""
-    config.addinivalue_line("markers", f"{MARK}: takes 10 s of CPU time or more, and runs in full by `make validate`")
+    config.addinivalue_line("markers", f"{MARK}: takes 8 s of CPU time or more, and runs in full by `make validate`")
     config.addinivalue_line("markers", f"{CHECKED}: needs the core with checked indices, as `make checked` runs it")
     config.addinivalue_line("markers", f"{OWN_RECORDS}: computes all its records, see tests/shared.py")
     if not hasattr(config, "workerinput"):

@@ -16,7 +16,7 @@ from pathlib import Path
 from tests.fuzz.scenes import Bad
 from tests.pipeline.small import write_scene
 
-BRIEF, LONG = 30, 300
+BRIEF, LONG = 12, 300
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 STAGES = ("mesh", "modes", "solve")
 LIMIT, PRINTING = 5.0, 1.0

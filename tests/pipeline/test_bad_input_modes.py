@@ -143,7 +143,9 @@ def test_mesh_file_that_falls_apart(mesh: MeshRecord, tmp_path: Path, modes_of: 
     code, line = modes_of(where=tmp_path / "part.vtu")
     assert code == 2
     assert line.startswith("the mesh falls into 2 pieces that share no node; the smallest, ")
-    assert line.endswith("m, has surface far; allowed: one solid, or one of them by geometry.part = \"…\": piece1, piece2")
+    assert line.endswith(
+        'm, has surface far; allowed: one solid, or one of them by geometry.part = "…": piece1, piece2'
+    )
 
 
 def test_node_without_element(mesh: MeshRecord) -> None:

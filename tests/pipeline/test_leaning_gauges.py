@@ -45,6 +45,7 @@ checks = false
 """
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("shape", ["plane", "bore"])
 @pytest.mark.parametrize("modes", [2, 4])
 def test_a_beam_that_leans_on_an_obstacle(modes: int, shape: str, tmp_path: Path) -> None:

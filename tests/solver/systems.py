@@ -279,23 +279,23 @@ def march(system: System, dt: float, steps: int, loop: type[Implicit] | type[Sma
     return March(run, dt * np.arange(1, steps + 1), forces, energies, loads, snapshots)
 
 
-def rod_scene(duration: float = 6e-4, **contact: Any) -> dict[str, Any]:
+def rod_scene(duration: float = 6e-4, checks: bool = False, **contact: Any) -> dict[str, Any]:
     """A rod at 1 m/s against a wall that it touches already."""
     wall = {"shape": "plane", "point": [LENGTH, 0, 0], "normal": [-1, 0, 0]}
     return {
         "body": {"part": {"velocity": [1.0, 0.0, 0.0]}},
         "contact": {"wall": {"body": "part", "interface": "tip", "against": wall} | contact},
-        "run": {"duration": duration},
+        "run": {"duration": duration, "checks": checks},
     }
 
 
-def block_scene(duration: float = 4e-4, **contact: Any) -> dict[str, Any]:
+def block_scene(duration: float = 4e-4, checks: bool = False, **contact: Any) -> dict[str, Any]:
     """A block at 1 m/s, turning a little, 10 µm before a wall."""
     wall = {"shape": "plane", "point": [0.05001, 0, 0], "normal": [-1, 0, 0]}
     return {
         "body": {"part": {"velocity": [1.0, 0.0, 0.0], "angular_velocity": [0.0, 0.5, 1.0]}},
         "contact": {"wall": {"body": "part", "interface": "face", "against": wall} | contact},
-        "run": {"duration": duration},
+        "run": {"duration": duration, "checks": checks},
     }
 
 
@@ -306,7 +306,7 @@ def pair_scene(speed: float = 10.0, *, press: float = 50.0, duration: float = 4e
     return {
         "body": {"part": part, "plate": {}},
         "contact": {"slide": {"body": "part", "interface": "face", "against": top, "surface_stiffness": 1e14}},
-        "run": {"duration": duration, "gravity": [press, 0, 0]} | run,
+        "run": {"duration": duration, "checks": False, "gravity": [press, 0, 0]} | run,
     }
 
 
@@ -330,7 +330,7 @@ def piston_scene(
         },
         "joint": {"rod": {"kind": "slider-crank", "body": "part", "interface": "pin"} | crank},
         "force": {"gas": {"kind": "gas", "body": "part", "interface": "crown"} | gas},
-        "run": {"duration": duration} | own | run,
+        "run": {"duration": duration, "checks": False} | own | run,
     }
 
 

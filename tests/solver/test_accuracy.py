@@ -25,7 +25,7 @@ from tests.solver.systems import (
 
 
 def rod(folder: Path, **run: Any) -> System:
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["run"] |= run
     return build(folder, rod_records(30), scene)
 
@@ -72,7 +72,7 @@ def test_impulse_does_not_depend_on_duration_samples_or_frames(
 def test_gravity_changes_the_integrator_but_not_the_answer(tmp_path: Path) -> None:
     forces = []
     for name, gravity in (("without", 0.0), ("with", -1e-6)):
-        scene = block_scene()
+        scene = block_scene(checks=True)
         scene["run"] |= {"gravity": [gravity, 0.0, 0.0]}
         found = simulate(build(tmp_path / name, block_records(5), scene))
         forces.append(found.quantities["wall.impulse"]["value"])
@@ -240,7 +240,7 @@ def test_a_step_is_halved_until_its_energy_error_is_small_too(tmp_path: Path) ->
 
 def test_an_energy_error_above_five_percent_is_a_failure(tmp_path: Path) -> None:
     """A block strikes a wall, a plane that it cannot leave, with a given step that is too long for its contact."""
-    scene = block_scene()
+    scene = block_scene(checks=True)
     scene["run"] |= {"integrator": "small", "step": 2e-5}
     found = simulate(build(tmp_path, block_records(4), scene))
     assert found.energy_drift > 0.05

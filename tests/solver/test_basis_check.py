@@ -1,6 +1,8 @@
 """The estimated error of the basis against the true one, that of a run with many more modes."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from tests.solver.systems import block_records, block_scene, build, build_all, r
 
 MANY = 400
 """Modes whose error is small beside that of 10 to 40."""
+FINE = {"checks": False, "step": 5e-9}
 LAYER = {"surface_stiffness": 2.5e9}
 """Compliance of 4e-10 m/N, area 1 m²; R of a rod with 10 modes is 3.9e-10 m/N, with 40 modes 1e-10 m/N."""
 STIFF = {"surface_stiffness": 2.5e13}
@@ -26,20 +29,31 @@ LEAST, MOST = 1 / 2, 10.0
 """Of an estimate over a true error that is above 1 %."""
 
 
-def striker_scene(ratio: float, **contact: Any) -> dict[str, Any]:
+def striker_scene(ratio: float, run: dict[str, Any] | None = None, **contact: Any) -> dict[str, Any]:
     """A rigid mass, over that of the rod, strikes the rod's end at x = LENGTH at 1 m/s; their distance is 1 nm."""
     against = {"shape": "body", "body": "part", "interface": "tip"}
     return {
         "body": {"part": {}, "mass": {"position": [1.0 + 1e-9, 0, 0], "velocity": [-1.0, 0, 0]}},
         "contact": {"pair": {"body": "mass", "interface": "face", "against": against} | contact},
         # Errors of the basis are told from those of steps down to 1 %.
-        "run": {"duration": {0.1: 6e-4, 1.0: 8e-4, 10.0: 3e-3}[ratio], "accuracy": 3e-4},
+        "run": {"duration": {0.1: 6e-4, 1.0: 8e-4, 10.0: 3e-3}[ratio], "accuracy": 3e-4} | (run or {}),
     }
 
 
-def struck(folder: Path, ratio: float, count: int, **contact: Any) -> System:
+def struck(folder: Path, ratio: float, count: int, run: dict[str, Any] | None = None, **contact: Any) -> System:
     mass = rigid_records(2.0 * ratio, {"face": ([0.0, 0, 0], [-1.0, 0, 0])}, axes=(0,))
-    return build_all(folder, {"part": rod_records(count), "mass": mass}, striker_scene(ratio, **contact))
+    return build_all(folder, {"part": rod_records(count), "mass": mass}, striker_scene(ratio, run, **contact))
+
+
+@pytest.fixture(scope="module")
+def exact_runs(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Trajectory]:
+    """Runs with many modes, each once: what they find depends on no method of contact."""
+
+    @cache
+    def run(ratio: float, **layer: float) -> Trajectory:
+        return simulate(struck(tmp_path_factory.mktemp("exact"), ratio, MANY, FINE, **layer))
+
+    return run
 
 
 def windowed_peak(found: Trajectory, window: float) -> float:
@@ -74,24 +88,23 @@ def true_errors(found: Trajectory, exact: Trajectory, window: float) -> dict[str
 )
 @pytest.mark.parametrize("count", [10, 40])
 def test_the_estimate_is_close_to_the_true_error(
-    tmp_path: Path, ratio: float, contact: dict[str, Any], count: int
+    tmp_path: Path, exact_runs: Callable[..., Trajectory], ratio: float, contact: dict[str, Any], count: int
 ) -> None:
     layer = {key: contact[key] for key in LAYER if key in contact}
-    exact = struck(tmp_path / "exact", ratio, MANY, **layer)
     system = struck(tmp_path / "kept", ratio, count, **contact)
     found = simulate(system)
     assert found.result == Result.FINISHED.name
     window = found.quantities["pair.force_window"]["value"]
-    errors = true_errors(found, simulate(exact), window)
+    errors = true_errors(found, exact_runs(ratio, **layer), window)
     assert set(found.estimates) >= set(errors)
     for name, error in errors.items():
         estimate = found.estimates[name]
         assert error < 0.01 or LEAST * error < estimate < MOST * error, (name, estimate, error)
 
 
-def test_the_estimate_is_that_of_the_window_of_the_run(tmp_path: Path) -> None:
+def test_the_estimate_is_that_of_the_window_of_the_run(tmp_path: Path, exact_runs: Callable[..., Trajectory]) -> None:
     """Over four periods of the highest frequency, less of the ringing at a wave front is left."""
-    exact = simulate(struck(tmp_path / "exact", 1.0, MANY))
+    exact = exact_runs(1.0)
     system, found = struck(tmp_path / "kept", 1.0, 40), {}
     for periods in (1, 4):
         window = periods * system.resolution
@@ -113,14 +126,14 @@ def test_the_runs_with_fewer_modes_and_with_one_more_take_the_same_steps(
         return found
 
     monkeypatch.setattr(solver, "_march", counted)
-    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(12), rod_scene(checks=True)))
     assert steps[-4:] == [(count, found.counts["step"]) for count in (13, 7, 4, 14)]
     assert "basis.impulse" in found.estimates
 
 
 def test_the_window_is_at_most_the_duration(tmp_path: Path) -> None:
     """Modes of a period that is longer than the run do not ask for more steps than it has."""
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["run"] |= {"duration": 1e-6}
     system = build(tmp_path, rod_records(2), scene)
     assert system.resolution > system.separation == 1e-6
@@ -129,7 +142,7 @@ def test_the_window_is_at_most_the_duration(tmp_path: Path) -> None:
 def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs, march = [], solver._march
     monkeypatch.setattr(solver, "_march", lambda *all_of_it: runs.append(all_of_it) or march(*all_of_it))
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["run"] |= {"checks": False, "window": 1e-5}
     assert not simulate(build(tmp_path, rod_records(12), scene)).estimates
     assert len(runs) == 1
@@ -139,7 +152,7 @@ def test_a_run_without_checks_is_taken_once(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_nothing_is_estimated_where_nothing_touches(tmp_path: Path) -> None:
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["body"]["part"]["velocity"] = [-1.0, 0.0, 0.0]
     assert not any(name.startswith("basis") for name in simulate(build(tmp_path, rod_records(12), scene)).estimates)
 
@@ -154,7 +167,7 @@ def test_a_failure_of_the_run_with_fewer_modes_is_an_error_of_one(
         return found if len(system.velocity) == 13 else replace(found, result=Result.CHATTER.name)
 
     monkeypatch.setattr(solver, "_march", fails)
-    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(12), rod_scene(checks=True)))
     assert found.result == Result.FINISHED.name
     assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
 
@@ -171,7 +184,7 @@ def test_a_run_with_fewer_modes_that_cannot_start_is_an_error_of_one_with_its_re
         raise {"nested": SceneError, "run": SolverError}[name]("contact.wall: no start")
 
     monkeypatch.setattr(*((basis_check, "nested") if name == "nested" else (solver, "_march")), refused)
-    found = simulate(build(tmp_path, rod_records(12), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(12), rod_scene(checks=True)))
     assert found.result == Result.FINISHED.name
     assert found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0
     assert found.counts[BASIS_REASON] == "contact.wall: no start"
@@ -179,7 +192,7 @@ def test_a_run_with_fewer_modes_that_cannot_start_is_an_error_of_one_with_its_re
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_body_with_one_elastic_coordinate_has_an_error_of_one_with_its_reason(tmp_path: Path, count: int) -> None:
-    found = simulate(build(tmp_path, rod_records(count), rod_scene()))
+    found = simulate(build(tmp_path, rod_records(count), rod_scene(checks=True)))
     assert found.result == Result.FINISHED.name
     assert found.counts.get(BASIS_REASON) == (ONE_COORDINATE if count == 1 else None)
     assert (found.estimates["basis.impulse"] == found.estimates["basis.force"] == 1.0) == (count == 1)
@@ -197,7 +210,7 @@ def test_bodies_without_elastic_coordinates_have_no_error_of_the_basis(tmp_path:
 
 
 def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> None:
-    scene = block_scene()
+    scene = block_scene(checks=True)
     scene["run"] |= {"gravity": [9.81, 0.0, 0.0]}
     found = simulate(build(tmp_path, block_records(5), scene))
     assert 0 < found.estimates["basis.impulse"] < 1
@@ -206,7 +219,7 @@ def test_resting_and_multipoint_contacts_have_an_estimate(tmp_path: Path) -> Non
 
 def test_a_force_that_presses_at_rest_and_does_not_change_has_no_error_of_the_basis(tmp_path: Path) -> None:
     """Whatever the modes, it is the weight: impacts alone are shorter than modes resolve."""
-    scene = block_scene(duration=1e-5)
+    scene = block_scene(checks=True, duration=1e-5)
     scene["body"]["part"] = {}
     scene["contact"]["wall"]["against"]["point"] = [0.05, 0.0, 0.0]
     scene["run"] |= {"gravity": [9.81, 0.0, 0.0]}

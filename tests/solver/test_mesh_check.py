@@ -62,7 +62,7 @@ def test_by_default_a_light_striker_is_within_one_percent(method: str, tmp_path:
 
 def test_the_mass_of_a_coarse_round_mesh_is_an_error_of_the_impulse(tmp_path: Path) -> None:
     modal, morph = rod_records(6)
-    system = build(tmp_path, (replace(modal, quality={"volume_error": -0.014}), morph), rod_scene())
+    system = build(tmp_path, (replace(modal, quality={"volume_error": -0.014}), morph), rod_scene(checks=True))
     estimates = simulate(system).estimates
     assert estimates["mesh.impulse"] == pytest.approx(0.014)
     assert estimates["mesh.force"] == pytest.approx(0.007)

@@ -11,7 +11,7 @@ from tests.solver.systems import build, rod_records, rod_scene
 
 def struck(folder: Path, mode_count: int, **contact: Any) -> tuple[float, dict[str, float]]:
     """Return the restitution of a rod of some modes, and the estimates of its run."""
-    run = simulate(build(folder, rod_records(mode_count), rod_scene(**contact)))
+    run = simulate(build(folder, rod_records(mode_count), rod_scene(checks=True, **contact)))
     return run.quantities["wall.restitution"]["value"], run.estimates
 
 

@@ -38,7 +38,7 @@ def merged(scene: Any, change: Any) -> Any:
 
 def driven_pair() -> dict[str, Any]:
     """The piston over a plate with damping."""
-    return merged(driven_pair_scene(), {"body": {"plate": {"damping": DAMPING}}})
+    return merged(driven_pair_scene(checks=True), {"body": {"plate": {"damping": DAMPING}}})
 
 
 NEEDY: dict[str, tuple[Change, str]] = {

@@ -135,6 +135,7 @@ def test_a_step_that_is_too_large_is_divided_and_noted(folder: Path) -> None:
     assert note in found.notes
 
 
+@pytest.mark.validation
 def test_a_stated_accuracy_chooses_the_step(folder: Path) -> None:
     """The step is halved until its errors are below it; too small an accuracy for any step is a failure."""
     errors = []

@@ -159,6 +159,7 @@ def test_arms_that_are_none_are_refused(tmp_path: Path) -> None:
         standing(file)
 
 
+@pytest.mark.validation
 def test_gauges_of_the_plate_feel_the_arm(tmp_path: Path) -> None:
     """The reaction of the joint on the hub against the strains of the plate by its calibration."""
     scene, set_ = (

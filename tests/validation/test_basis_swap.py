@@ -65,6 +65,7 @@ NEIGHBOURS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("neighbour", NEIGHBOURS)
 def test_neighbours(neighbour: str, tmp_path: Path) -> None:
     """The same of other scenes, forces that run the other way, and bodies that are free or on springs."""

@@ -46,6 +46,7 @@ def direct(path: Path, size: float) -> MeshRecord:
     return MeshFile(kind="file", path=str(path), unit=1e-3).build(None)
 
 
+@pytest.mark.validation
 def test_a_bracket_has_the_frequencies_of_its_drawing(tmp_path: Path) -> None:
     step = part(write_cad(tmp_path / "bracket.step", bracket))
     pairs = [(frequencies(step.build(size)), frequencies(direct(tmp_path / "bracket.msh", size))) for size in SIZES]

@@ -68,6 +68,7 @@ def test_turned_in_space(tmp_path: Path) -> None:
         assert found[f"pin.impact1.{name}"] == pytest.approx(first[key], rel=1e-8)
 
 
+@pytest.mark.validation
 def test_a_journal_tilts_in_a_spatial_mechanism(tmp_path: Path) -> None:
     """The slider follows that of an ideal cylindrical joint within the clearance; the journal tilts until both ends
     touch on opposite sides, 2 c/l and what they are indented; its pin rises along its leaning axis."""

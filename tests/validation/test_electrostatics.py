@@ -29,6 +29,7 @@ def found(db: Path, scene: str, **changes: Any) -> tuple[float, float]:
     return error, sum(report.estimates.values())
 
 
+@pytest.mark.validation
 def test_cube(db: Path) -> None:
     error, estimate = found(db, "cube")
     assert abs(error) < 1e-4
@@ -41,12 +42,14 @@ def test_square_plate(db: Path) -> None:
     assert abs(error) < estimate
 
 
+@pytest.mark.validation
 def test_discs(db: Path) -> None:
     error, estimate = found(db, "scene")
     assert abs(error) < 5e-4
     assert abs(error) < estimate
 
 
+@pytest.mark.validation
 def test_squares(db: Path) -> None:
     """The reference itself is known to 2e-4."""
     error, _ = found(db, "squares", panels__strips=3)
@@ -59,6 +62,7 @@ def test_sphere_over_a_plane(db: Path) -> None:
     assert abs(error) < estimate
 
 
+@pytest.mark.validation
 def test_a_sheet_converges_with_the_third_power_of_its_strips(db: Path) -> None:
     """Panels of uniform density on a mesh graded so that the edge does not spoil their order: 3, in C."""
     strips = np.array([1, 2, 3, 4])

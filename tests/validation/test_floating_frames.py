@@ -24,6 +24,7 @@ TURN = 100
 """Samples of one turn of the crank."""
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize(("plane", "axis"), [("out_of_plane", "z"), ("in_plane", "y")])
 def test_rotating_cantilever(plane: str, axis: str, tmp_path: Path) -> None:
     """M5: frequencies of small vibrations about the steady rotation."""
@@ -70,6 +71,7 @@ def test_linear_floating_frame_of_a_slider_crank(tmp_path: Path) -> None:
     assert apart(found, "linear") < 1e-3
 
 
+@pytest.mark.validation
 def test_geometric_stiffness_of_a_slider_crank(tmp_path: Path) -> None:
     """M6: with the second order of displacements the motion is that of the nonlinear beam, far within 3 %."""
     found = slider_crank(tmp_path, 2 * TURN)
@@ -90,6 +92,7 @@ def test_what_the_rows_of_a_slider_crank_leave_out(row: str, stiffened: bool) ->
     assert 0.032 < apart(two_turns, "geometric") < 0.034
 
 
+@pytest.mark.validation
 def test_spin_up(tmp_path: Path) -> None:
     """M7: largest lag of the tip, its shortening there, and the stretch at full speed."""
     found = solve("spin-up", tmp_path, {"run.frames": 2}).history

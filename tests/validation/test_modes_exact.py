@@ -122,6 +122,7 @@ def test_free_sphere(tmp_path: Path) -> None:
     assert found.effectivity.max() < 1.1
 
 
+@pytest.mark.validation
 def test_simply_supported_plate(tmp_path: Path) -> None:
     """Bending, the shear waves u = sin πy/b and v = sin πx/a of speed √(G/ρ), and the first branch in the plane."""
     expected = reference("modes-validation/F4_plate_simply_supported.json")

@@ -104,6 +104,7 @@ def test_effective_flexibility_does_not_ripple(system: System) -> None:
     assert (np.ptp(points, axis=0) / np.mean(points, axis=0)).max() < RIPPLE
 
 
+@pytest.mark.validation
 def test_energy_and_momentum_are_kept(job: Job) -> None:
     report = run_job(job, "solve")
     assert report.result == "FINISHED"

@@ -75,6 +75,7 @@ SCENES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("name", SCENES)
 def test_a_shipped_scene(name: str, tmp_path: Path) -> None:
     job = open_job(scene_path(name), set=SCENES[name], db=tmp_path / "db", out=tmp_path / "a")

@@ -70,6 +70,7 @@ def solved(text: str, modes: int, folder: Path, **more: Any) -> tuple[Trajectory
     return found, done.notes
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("text", [BEAM, BLOCK], ids=["beam", "block"])
 def test_no_estimate_is_below_the_error(text: str, tmp_path: Path) -> None:
     many = solved(text, 48, tmp_path, **{"run.checks": False})[0]

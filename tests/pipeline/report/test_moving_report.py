@@ -133,6 +133,7 @@ def test_energy_of_full_fe_is_the_work_of_the_force(folder: Path) -> None:
     assert nodal.energies[-1].sum() == pytest.approx(reduced.energies[-1, 4], rel=1e-3)
 
 
+@pytest.mark.validation
 def test_report_against_full_fe(folder: Path) -> None:
     """Few vectors with R are as good as the steps; without it their deflection lacks the other modes'."""
     job = open_job(folder, db=folder / "db", out=folder / "out")

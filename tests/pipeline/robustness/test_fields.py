@@ -100,6 +100,7 @@ def test_conductors_are_the_same_in_other_units_turned_and_without_voltage(tmp_p
     assert {row["verdict"] for row in rows.values() if row["group"] == "mass"} == {"does not apply"}
 
 
+@pytest.mark.validation
 def test_a_half_space_that_stays_where_the_conductors_turn_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

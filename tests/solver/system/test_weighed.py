@@ -33,7 +33,7 @@ def test_the_static_response_is_kept_and_the_coordinate_is_above_the_others(
     tmp_path: Path, contact: dict[str, Any]
 ) -> None:
     modal, morph = block_records(6)
-    system = build(tmp_path, (with_tangential_rows(modal, "face"), morph), block_scene(**contact))
+    system = build(tmp_path, (with_tangential_rows(modal, "face"), morph), block_scene(checks=True, **contact))
     found = weighed(system, ones(system))
     assert found is not None
     assert len(found.velocity) == len(system.velocity) + 1
@@ -47,7 +47,7 @@ def test_the_static_response_is_kept_and_the_coordinate_is_above_the_others(
 
 def test_it_has_the_compliance_of_the_octave_below(tmp_path: Path) -> None:
     """Of a rod's 12 modes those from 7 on, Σ 1/k² of what they have in common, R having the sum over all above 12."""
-    system = build(tmp_path, rod_records(12), rod_scene())
+    system = build(tmp_path, rod_records(12), rod_scene(checks=True))
     found = weighed(system, ones(system))
     assert found is not None
     share = system.rows[0] ** 2 / np.where(system.stiffness > 0, system.stiffness, np.inf)
@@ -72,7 +72,7 @@ def test_both_bodies_and_joints_and_loads_keep_theirs(tmp_path: Path) -> None:
 @pytest.mark.parametrize("case", ["no R", "no force"])
 def test_what_has_nothing_to_weigh_is_left(case: str, tmp_path: Path) -> None:
     settings = {"method": "penalty", "surface_stiffness": 1e13} if case == "no R" else {}
-    system = build(tmp_path, block_records(3), block_scene(**settings))
+    system = build(tmp_path, block_records(3), block_scene(checks=True, **settings))
     forces = {name: 0 * one for name, one in ones(system).items()} if case == "no force" else ones(system)
     assert weighed(system, forces) is None
 
@@ -97,7 +97,7 @@ def test_a_load_that_deforms_nothing_has_nothing_to_weigh(tmp_path: Path) -> Non
 
 def test_ratios_that_end_before_its_frequency_leave_the_other_estimates(tmp_path: Path) -> None:
     """The run needs no ratio that the scene does not give."""
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     (body,) = scene["body"].values()
     body["damping"] = {"ratios": [0.01] * 12}
     found = simulate(build(tmp_path, rod_records(12), scene))

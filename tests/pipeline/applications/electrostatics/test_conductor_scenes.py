@@ -81,6 +81,7 @@ def test_the_medium_multiplies_capacitances(db: Path) -> None:
     assert vacuum.medium == {"permittivity": VACUUM}
 
 
+@pytest.mark.validation
 def test_a_dielectric_half_space_lies_between_none_and_a_conductor(db: Path) -> None:
     """Far above it nothing changes; with the medium's own permittivity there is none."""
     plane = {"half_space__point": [0.0, 0.0, -1.2e-3]}

@@ -70,6 +70,7 @@ def test_the_stand_yields_as_its_posts_do(tmp_path: Path) -> None:
     np.testing.assert_allclose(base.damping, BETA * base.stiffness, atol=1e-15 * base.stiffness.max())
 
 
+@pytest.mark.validation
 def test_the_tool_is_felt_through_elastic_cells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """With ideal signals and exact parameters the tool's wrench is inferred within 3 %."""
     assert main(["wrench", written(tmp_path), *places(tmp_path), "--json"]) == 0

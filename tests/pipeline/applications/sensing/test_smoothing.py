@@ -77,6 +77,7 @@ def error(found: np.ndarray, true: np.ndarray) -> float:
     return float(np.sqrt(((found - true)[200:, :3] ** 2).sum(axis=1).mean()))
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("feels_damping", [True, False])
 def test_a_blow_is_felt_through_a_base_that_sways(feels_damping: bool) -> None:
     """Without noise to 0.5 % of its peak; with noise better than the noise, and than on a base taken as rigid."""

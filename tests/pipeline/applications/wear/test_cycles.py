@@ -118,6 +118,7 @@ def test_a_turning_shaft_wears_a_groove(tmp_path: Path) -> None:
     assert wide[1] > 2 * wide[0]
 
 
+@pytest.mark.validation
 def test_a_finer_tolerance_converges(tmp_path: Path) -> None:
     found = [worn(tmp_path, 300, SHAFT, tolerance) for tolerance in (0.02, 0.005, 0.00125)]
     depths = [np.array(one.document["depths"]["300"]["pin"]) for one in found]

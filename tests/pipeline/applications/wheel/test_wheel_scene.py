@@ -231,6 +231,7 @@ def test_report_is_written_and_the_full_wheel_kept(
     assert (chain.runs, chain.differences[-1], chain.converges) == (["none, 2", "none, 8"], 0.0, None)
 
 
+@pytest.mark.validation
 def test_the_budget_has_the_basis_and_the_mesh(made: tuple[Path, RunReport]) -> None:
     """The basis against the full wheel, and the mesh by two other sectors, whose error refuses the wheel."""
     settings = {"component__sector__mesh__size": 0.022, "report__choices": {"none, 8": CHOICES["none, 8"]}}

@@ -105,7 +105,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_joints_and_gravity(kind: str, tmp_path: Path) -> None:
-    run = {"duration": 0.2, "gravity": GRAVITY, "accuracy": 1e-5}
+    run = {"duration": 0.06, "gravity": GRAVITY, "accuracy": 1e-5}
     explicit, implicit = both(tmp_path, STIFF, {}, run, joint={"pin": KINDS[kind] | {"kind": kind}})
     assert apart(explicit, implicit) < 1e-5
     balance = implicit.energies @ [1, 1, 1, 1, -1]
@@ -122,9 +122,9 @@ def test_damping_springs_bushings_and_drives(tmp_path: Path) -> None:
         "bush": {"kind": "bushing", "body": "part", "interface": "pin", "stiffness": [900.0, 700.0, 800.0],
                  "rotational_stiffness": [2.0, 3.0, 4.0], "damping": [1.0, 2.0, 3.0]},
         "push": {"kind": "wrench", "body": "part", "interface": "pin", "force": [0.0, 1.0, 0.0],
-                 "expression": "5*sin(80*t)"},
+                 "expression": "5*sin(240*t)"},
     }  # fmt: skip
-    run = {"duration": 0.2, "gravity": GRAVITY, "accuracy": 1e-5}
+    run = {"duration": 0.06, "gravity": GRAVITY, "accuracy": 1e-5}
     explicit, implicit = both(tmp_path, STIFF, {"damping": {"ratio": 0.02}}, run, force=force)
     assert apart(explicit, implicit) < 1e-5
     assert implicit.energies[-1, 3] == pytest.approx(explicit.energies[-1, 3], rel=1e-3)
@@ -136,8 +136,8 @@ def test_damping_springs_bushings_and_drives(tmp_path: Path) -> None:
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
 def test_jointed_free_bodies_keep_momenta_at_any_accuracy(accuracy: float, tmp_path: Path) -> None:
     """A body that deforms and a rigid one, on a ball, tumble."""
-    run = {"integrator": "turning", "duration": 0.3, "stepping": "implicit", "accuracy": accuracy, "samples": 40,
-           "frames": 2, "limits": WIDE, "start": "undeformed"}  # fmt: skip
+    run = {"integrator": "turning", "duration": 0.3, "stepping": "implicit", "accuracy": accuracy, "checks": False,
+           "samples": 40, "frames": 2, "limits": WIDE, "start": "undeformed"}  # fmt: skip
     bodies = {"part": {"angular_velocity": [3.0, 9.0, 5.0], "velocity": [0.3, -0.2, 0.1]}, "bob": {}}
     ball = {"kind": "spherical", "body": "part", "interface": "pin", "against": "bob"}
     records = {"part": cloud(STIFF, free=True), "bob": rigid_records(1.0, {}, (1e-3, 2e-3, 1.5e-3))}
