@@ -221,11 +221,9 @@ of one inverse iteration. It is small where a Ritz vector is a mode, and large f
 VOLUME_ERROR = "volume_error"
 """Entry of `ModalRecord.quality`: by how much the mesh has more volume, and mass, than is within its true surfaces."""
 INERTIA_ERROR = "inertia_error"
-"""Entry of `ModalRecord.quality`: size of the same of a principal moment of inertia over it, or of the place of the
-centre of mass over the radius of gyration, the larger one."""
+"""Entry of `ModalRecord.quality`: the same of moments of inertia, or of its centre over its radius of gyration."""
 COMPLIANCE_ERRORS = "compliance_errors"
-"""Entry of `ModalRecord.quality`: estimated mesh error of the static compliance of each interface of contact, over the
-compliance."""
+"""Entry of `ModalRecord.quality`: estimated relative mesh error of the static compliance of each contact interface."""
 LOAD_ERRORS = "load_errors"
 """Entry of `ModalRecord.quality`: the same for each row of a load, by interface."""
 DESIGN = "design"

@@ -30,9 +30,23 @@ def determined(rows: np.ndarray) -> np.ndarray:
 
     Statics do not determine the others: an unknown for one would grow until its round-off moves the rows.
     """
-    _, strength, motions = np.linalg.svd(rows, full_matrices=False)
+    resisted = np.any(rows, axis=0)
+    _, strength, motions = np.linalg.svd(rows[:, resisted], full_matrices=False)
     strong = strength > UNDETERMINED * strength.max(initial=0.0)
-    return np.eye(rows.shape[1]) if strong.sum() == rows.shape[1] else motions[strong]
+    basis = np.eye(int(resisted.sum())) if strong.sum() == resisted.sum() else motions[strong]
+    over_all = np.zeros((len(basis), rows.shape[1]))
+    over_all[:, resisted] = basis
+    return over_all
+
+
+def typical_compliance(compliances: np.ndarray, law: np.ndarray, rows: np.ndarray, load: np.ndarray) -> float:
+    """Return the largest compliance of ports, (n,), or that of rigid bodies on laws K and n, (l, 2): the inverse of its
+    slope, under a share of the load, (r,), on rows (n, r) [m/N]; 0 of none."""
+    largest = float(compliances.max(initial=0.0))
+    if largest > 0 or not (np.any(load) and np.any(rows)):
+        return largest
+    (K, exponent), mean_load = law.T, float(np.linalg.norm(load) / np.linalg.norm(rows))
+    return float(((mean_load / K) ** (1 / exponent)).max(initial=0.0)) / mean_load
 
 
 def carried(rows: np.ndarray, rigid_load: np.ndarray, *, rubs: bool, overlap: bool) -> np.ndarray | None:

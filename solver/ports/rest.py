@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from gudgeon.solver.ports.balance import cannot_balance, carried, determined
+from gudgeon.solver.ports.balance import cannot_balance, carried, determined, typical_compliance
 from gudgeon.solver.ports.field_start import in_fields
 from gudgeon.solver.ports.members import contact_ports, start_unknowns
 from gudgeon.solver.ports.still import any_still, sliding_velocities, still_groups
@@ -195,23 +195,17 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     sliding = sliding_velocities(system, ports, members[np.array(cones, int)])
     slid, held = np.array(cones, int)[np.any(sliding, axis=1)], rows.copy()
     held[[*(slid + 1), *(slid + 2), *(springs[springs >= 0] if len(slid) else ())]] = 0.0
-    resisted, rubs = np.any(held, axis=0), bool(cones) and not len(slid)
-    load = carried(held, force[rigid], rubs=rubs, overlap=overlap)
+    load = carried(held, force[rigid], rubs=bool(cones) and not len(slid), overlap=overlap)
     if load is None or not (diag[normals] > 0).all():
         return None
-    typical = float(diag.max(initial=0.0))
-    if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.
-        (K_law, exponent), mean_load = np.vstack(law).T, float(np.linalg.norm(load) / np.linalg.norm(rows))
-        typical = float(((mean_load / K_law) ** (1 / exponent)).max(initial=0.0)) / mean_load if mean_load > 0 else 0.0
+    typical = typical_compliance(diag, np.vstack(law), rows, load)
     if not typical > 0:
         return None
     rho = 1 / np.where(diag > 1e-9 * typical, diag, typical)
     t1, t2 = np.array(cones, int) + 1, np.array(cones, int) + 2
     both = diag[t1] + diag[t2]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
     rho[t1] = rho[t2] = 1 / np.where(both > 1e-9 * typical, both, typical)
-    basis = determined(held[:, resisted])
-    motions = np.zeros((len(basis), len(rigid)))
-    motions[:, resisted] = basis
+    motions = determined(held)
     return _Statics(
         ports=members, free=free, compliance=C, rows=rows @ motions.T, pull=motions @ load,
         motions=motions, rho=rho, normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law),
