@@ -218,7 +218,7 @@ def shape_errors(mesh: MeshRecord) -> ShapeErrors:
     """
     if not cell_of(mesh).solid or mesh.system is not None:
         return ShapeErrors(0.0, 0.0)
-    places, volumes, counted = [np.zeros((0, 3))], [np.zeros(0)], set[tuple[int, ...]]()
+    positions, volumes, counted = [np.zeros((0, 3))], [np.zeros(0)], set[tuple[int, ...]]()
     for surface in mesh.surfaces.values():
         if surface.areas is not None or surface.shape.get("kind") in (None, "plane"):
             continue
@@ -229,16 +229,20 @@ def shape_errors(mesh: MeshRecord) -> ShapeErrors:
             points, vectors = surface_points(mesh.nodes, replace(surface, facets=surface.facets[new]))
             offsets = true_surface(points, vectors, surface.shape)[0] - points
             volumes.append(-np.einsum("...i,...i->...", offsets, vectors).ravel())
-            places.append((points + 0.5 * offsets).reshape(-1, 3))
-    excess, x = np.concatenate(volumes), np.concatenate(places)
+            positions.append((points + 0.5 * offsets).reshape(-1, 3))
+    excess, x = np.concatenate(volumes), np.concatenate(positions)
     if not excess.any():
         return ShapeErrors(0.0, 0.0)
-    whole = mass_properties(mesh, 1.0)
-    moments, axes = np.linalg.eigh(whole.inertia)
-    along = ((x - whole.centre) @ axes) ** 2
+    properties = mass_properties(mesh, 1.0)
+    moments, axes = np.linalg.eigh(properties.inertia)
+    along = ((x - properties.centre) @ axes) ** 2
     changes = excess @ (along.sum(axis=1)[:, None] - along) / moments
-    shift = np.linalg.norm(excess @ (x - whole.centre)) / whole.mass / np.sqrt(moments.sum() / (2 * whole.mass))
-    return ShapeErrors(float(excess.sum()) / whole.mass, max(float(np.abs(changes).max()), float(shift)))
+    shift = (
+        np.linalg.norm(excess @ (x - properties.centre))
+        / properties.mass
+        / np.sqrt(moments.sum() / (2 * properties.mass))
+    )
+    return ShapeErrors(float(excess.sum()) / properties.mass, max(float(np.abs(changes).max()), float(shift)))
 
 
 def surface_weights(

@@ -150,8 +150,8 @@ def _vibrating(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
         omega, start = body.modal.angular_frequencies, trajectory.coordinate_offsets[name] + body.rigid_count
         span = slice(start, start + len(omega))
         vibration = omega * travel[span]
-        share = np.divide(rates[span], vibration, out=np.ones(len(omega)), where=vibration > 0)
-        factors[name] = np.minimum(share, 1.0) ** 2
+        relative_rate = np.divide(rates[span], vibration, out=np.ones(len(omega)), where=vibration > 0)
+        factors[name] = np.minimum(relative_rate, 1.0) ** 2
     return factors
 
 

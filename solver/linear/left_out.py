@@ -1,4 +1,4 @@
-"""Sentences on stiffness of loads that a scene lacks: of unknown stress, and beside cranks and moving forces."""
+"""Sentences on stiffness of loads that a scene lacks: of unknown stress, and with cranks and moving forces."""
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def travelling_notes(system: System) -> list[str]:
         for load, rows in driving.given_rows():
             if load.body == name and not load.travels:
                 forces.append(float(np.linalg.norm(amounts[:, rows] @ load.resultant[:, :3], axis=1).max()))
-        what = "weight, loads and moving forces beside a slider-crank or a moving force"
-        if (note := left_out_note(system, body, max(forces), what)) is not None:
+        loads = "weight, loads and moving forces in a scene with a slider-crank or a moving force"
+        if (note := left_out_note(system, body, max(forces), loads)) is not None:
             notes.append(note)
     return notes

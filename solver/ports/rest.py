@@ -193,9 +193,9 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     springs = local[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
     rows, diag = ports.rows.among(members, rigid), C.diagonal()
     sliding = sliding_velocities(system, ports, members[np.array(cones, int)])
-    slid, held = np.array(cones, int)[np.any(sliding, axis=1)], rows.copy()
-    held[[*(slid + 1), *(slid + 2), *(springs[springs >= 0] if len(slid) else ())]] = 0.0
-    load = carried(held, force[rigid], rubs=bool(cones) and not len(slid), overlap=overlap)
+    slid, held_rows = np.array(cones, int)[np.any(sliding, axis=1)], rows.copy()
+    held_rows[[*(slid + 1), *(slid + 2), *(springs[springs >= 0] if len(slid) else ())]] = 0.0
+    load = carried(held_rows, force[rigid], rubs=bool(cones) and not len(slid), overlap=overlap)
     if load is None or not (diag[normals] > 0).all():
         return None
     typical = typical_compliance(diag, np.vstack(law), rows, load)
@@ -205,7 +205,7 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     t1, t2 = np.array(cones, int) + 1, np.array(cones, int) + 2
     both = diag[t1] + diag[t2]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
     rho[t1] = rho[t2] = 1 / np.where(both > 1e-9 * typical, both, typical)
-    motions = determined(held)
+    motions = determined(held_rows)
     return _Statics(
         ports=members, free=free, compliance=C, rows=rows @ motions.T, pull=motions @ load,
         motions=motions, rho=rho, normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law),

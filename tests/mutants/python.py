@@ -102,8 +102,8 @@ PYTHON: list[Fault] = [
     *faults(
         "reduction", "pipeline/reduction/methods/attachment.py", REDUCTION,
         ("flexibility.solve(rows.B[columns].T.toarray())", "rows.B[columns].T.toarray()"),
-        ("if modes is None or mode_count < kept:", "if modes is None:"),
-        ("lowest(modes, kept)", "lowest(modes, mode_count)"),
+        ("if modes is None or mode_count < count_kept:", "if modes is None:"),
+        ("lowest(modes, count_kept)", "lowest(modes, mode_count)"),
     ),
     *faults(
         "reduction", "pipeline/reduction/methods/reduction.py", REDUCTION,

@@ -13,16 +13,16 @@ EPSILON = 8.8541878128e-12
 
 
 def charged_plates(draw: Draw) -> Case:
-    """A plate on a spring under a voltage that begins suddenly, below pull-in: m ẍ = −k x − ½ ε A V²/(g + x)²."""
+    """A plate on a spring under a voltage that begins suddenly, below attraction-in: m ẍ = −k x − ½ ε A V²/(g + x)²."""
     m, gap, side = draw.between(1e-10, 1e-7), draw.between(1e-6, 1e-5), draw.between(5e-5, 5e-4)
     omega = draw.between(1e4, 1e6)
-    k, share = m * omega**2, draw.between(0.1, 0.6)
-    voltage = math.sqrt(share * 8 * k * gap**3 / (27 * EPSILON * side**2))
-    pull, T = 0.5 * EPSILON * side**2 * voltage**2, draw.between(1.0, 5.0) * 2 * math.pi / omega
+    k, fraction = m * omega**2, draw.between(0.1, 0.6)
+    voltage = math.sqrt(fraction * 8 * k * gap**3 / (27 * EPSILON * side**2))
+    attraction, T = 0.5 * EPSILON * side**2 * voltage**2, draw.between(1.0, 5.0) * 2 * math.pi / omega
 
     def moved(t: np.ndarray) -> np.ndarray:
         def rates(_: float, state: np.ndarray) -> list[float]:
-            return [state[1], -state[0] - pull / (k * gap**3) / (1 + state[0]) ** 2]
+            return [state[1], -state[0] - attraction / (k * gap**3) / (1 + state[0]) ** 2]
 
         exact = solve_ivp(rates, (0.0, omega * T * 1.001), [0.0, 0.0], t_eval=omega * t, rtol=1e-11, atol=1e-13)
         return gap * exact.y[0]
@@ -43,8 +43,8 @@ def gauged_solid(draw: Draw) -> Case:
     side = draw.between(0.01, 0.03)
     length = side * draw.between(2.5, 5.0)
     scene = box_scene(draw, draw.of(STIFF), side, side, length)
-    place = [0.5 * side, 0.0, length * draw.between(0.3, 0.6)]
-    scene["component"]["b"]["gauge"] = {"g": {"point": place, "direction": [0, 0, 1], "quantity": "strain"}}
+    position = [0.5 * side, 0.0, length * draw.between(0.3, 0.6)]
+    scene["component"]["b"]["gauge"] = {"g": {"point": position, "direction": [0, 0, 1], "quantity": "strain"}}
     scene["body"]["b"] = {"gauges": ["g"]}
     scene["force"] = {"f": force("b", "end", [1, 0, 0], "100")}
     return Case(scene, finer={"mesh": {"component.b.mesh.size": 0.25 * side}}, read=["b.g.strain_peak"])
@@ -53,8 +53,8 @@ def gauged_solid(draw: Draw) -> Case:
 def gauged_beam(draw: Draw) -> Case:
     """A strain gauge on a cantilever under a force at its tip, at rest: F (L − x) z/E I."""
     component, d = beam(draw, 15.0, theory="euler-bernoulli")
-    place = draw.between(0.1, 0.6) * d["L"]
-    component["geometry"]["stations"] = {"g": place}
+    position = draw.between(0.1, 0.6) * d["L"]
+    component["geometry"]["stations"] = {"g": position}
     component["gauge"] = {"top": {"station": "g", "fibre": "top", "quantity": "strain"}}
     F = 1e-3 * d["L"] * 3 * d["EI"] / d["L"] ** 3
     scene = {
@@ -63,7 +63,7 @@ def gauged_beam(draw: Draw) -> Case:
         "force": {"f": force("b", "tip", [0, 0, 1], repr(float(F)))},
         "run": {"duration": 1e-3},
     }
-    return Case(scene, {"b.top.strain_peak": -F * (d["L"] - place) * d["h"] / 2 / d["EI"]})
+    return Case(scene, {"b.top.strain_peak": -F * (d["L"] - position) * d["h"] / 2 / d["EI"]})
 
 
 def worn_foot(draw: Draw) -> Case:
