@@ -1,6 +1,6 @@
 # `make` sets everything up, `make help` lists the rest. The sources of packages are pip's own configuration.
 .DEFAULT_GOAL := setup
-.PHONY: setup core checked check-core docs manual verification tutorials calibration calibration-designs mutants wheel coverage browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
+.PHONY: setup core checked check-core docs pictures manual verification tutorials calibration calibration-designs mutants wheel coverage browser solver-env hsds demo test validate fuzz lint bench bench-peers reports defaults lock clean help
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
@@ -126,6 +126,9 @@ docs: setup ## build the site of the documents, out/site
 	@$(has_docs) || $(BIN)/python -m pip install -q $(DOCS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build -q --strict -f .mkdocs.yml
 	@echo "docs: out/site"
+
+pictures: setup ## run the scenes whose pictures stand in the documents and renew these and their captions, some 20 min of CPU; `make pictures ARGS=stress.png` renews one
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m docs.tools.pictures $(ARGS)
 
 manual: setup browser ## write the theory manual as one PDF, out/theory.pdf
 	@$(has_docs) || $(BIN)/python -m pip install -q $(DOCS)

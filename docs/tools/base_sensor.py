@@ -18,6 +18,7 @@ from gudgeon.pipeline.applications.sensing.excitation import Limits, Series, opt
 from gudgeon.pipeline.applications.sensing.robot import robot_of
 from gudgeon.pipeline.applications.sensing.standing import Arm, Gauged, Standing, standing
 from gudgeon.pipeline.kinds import open_job, run
+from gudgeon.pipeline.plots.base import style
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "data" / "base-sensor" / "robot.toml"
@@ -178,22 +179,18 @@ def table(
 
 def draw(path: Path, times: np.ndarray, true: np.ndarray, found: np.ndarray) -> None:
     """Draw true and inferred forces and moments."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(2, 1, figsize=(9, 6), sharex=True, layout="constrained")
-    for row, unit in enumerate(("force on the tool [N]", "moment about the base [N m]")):
-        for column, colour in enumerate(("tab:blue", "tab:orange", "tab:green")):
-            n = 3 * row + column
-            axes[row].plot(times, true[:, n], color=colour, lw=3, alpha=0.35, label=f"{'xyz'[column]} true")
-            axes[row].plot(times, found[:, n], color=colour, lw=1, label=f"{'xyz'[column]} inferred")
-        axes[row].set_ylabel(unit)
-        axes[row].grid(alpha=0.3)
-    axes[0].legend(ncols=3)
-    axes[1].set_xlabel("time [s]")
-    figure.savefig(path, dpi=110)
+    with style.styled():
+        figure = style.new_figure("Wrench at the tool", "thick: true; thin: inferred from the base")
+        axes = style.rows(figure, [1.0, 1.0], 0.2)
+        for row, unit in enumerate(("force on the tool [N]", "moment about the base [N m]")):
+            for column, colour in enumerate(style.COLOURS[:3]):
+                n = 3 * row + column
+                axes[row].plot(times, true[:, n], color=colour, lw=3, alpha=0.35, label=f"{'xyz'[column]} true")
+                axes[row].plot(times, found[:, n], color=colour, lw=1, label=f"{'xyz'[column]} inferred")
+            axes[row].set_ylabel(unit)
+        style.over_time(times, (float(times[0]), float(times[-1]))).finish(axes)
+        style.legend(axes[0], columns=6)
+        style.save(figure, path)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 import tomllib
 from pathlib import Path
 
+from docs.tools.pictures import captioned
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "gallery.md"
 PICTURES = {
@@ -45,7 +47,7 @@ def page() -> str:
             command = f"gudgeon run {name.removesuffix('/scene.toml')}"
             parts.append(f"| [{sentence(path.read_text(encoding='utf-8')) or path.stem}](../{name}) | `{command}` |\n")
         parts.append("\n")
-    return "".join(parts).rstrip("\n") + "\n"
+    return captioned("".join(parts).rstrip("\n") + "\n", PAGE.parent)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from typing import Any
 
 from gudgeon.pipeline.cli.console import Console
 from gudgeon.pipeline.cli.results import (
+    absent_line,
     check_lines,
     frequency_text,
     opening_lines,
@@ -92,7 +93,7 @@ def _print_quantities(report: Any, *, every: bool) -> None:
         print(line)
     pictures = {Path(picture).name: Path(picture) for picture in report.pictures}
     print(f"\nresults in {report.out}: {', '.join([*report.files, *pictures])}")
-    for line in opening_lines(pictures):
+    for line in (*opening_lines(pictures), *absent_line(pictures, report.notes)):
         print(line)
 
 

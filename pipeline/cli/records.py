@@ -161,7 +161,9 @@ def diff_command(options: argparse.Namespace) -> int:
 
         comparison = compare_modes(store, a.key, b.key)
         if options.picture is not None:
-            _draw(comparison, (a.key[:12], b.key[:12]), options.picture)
+            typed = zip((a, b), (options.record, options.other), strict=True)
+            labels = [r.key[:12] if r.key.startswith(name) else f"{name} ({r.key[:12]})" for r, name in typed]
+            _draw(comparison, (labels[0], labels[1]), options.picture)
     if options.json:
         document = {"records": [a.key, b.key], "kinds": [a.kind, b.kind], "inputs": lines,
                  "modes": None if comparison is None else comparison.as_json()}  # fmt: skip

@@ -1,7 +1,7 @@
 """The results of a run as text: quantities by contact and body, those with a reference first; parts, and modes."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,14 @@ PREFIXED = ("N", "Pa", "J", "W", "m", "s", "Hz", "V", "C", "F", "m/s", "N s", "N
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 SHOWN = 24
 """Lines of a table of modes; with more modes the middle ones are omitted."""
+MOVING = ("energy.png", "force.png", "mechanism.png")
+"""Pictures of which a run of bodies has one."""
+ABSENT = {
+    "deformation": ({"deformation", "mechanism"}, "no body with an extent deforms"),
+    "film": ({"impact", "motion", "cycle", "mechanism", "movie"}, "no body with an extent deforms"),
+    "stress": ({"stress"}, "no body has a gauge of stress on a surface (component.NAME.gauge.NAME.surface)"),
+}
+"""What else may be drawn of it: beginnings of the files' names, and why there is none."""
 OPEN = {
     "deformation.png": "the parts at the largest contact force, displacement by colour",
     "mechanism.png": "paths and positions of the bodies",
@@ -25,6 +33,7 @@ OPEN = {
     "charge.png": "the charge on the conductors",
     "cycle.mp4": "film of one cycle",
     "impact.mp4": "film of the impact",
+    "motion.mp4": "film of the bodies",
     "mechanism.mp4": "film of the bodies with the forces of joints",
     "force.png": "contact force over time",
 }
@@ -118,6 +127,17 @@ def opening_lines(pictures: Mapping[str, Path]) -> Iterator[str]:
     """Yield what to open, from the paths of pictures by name."""
     for name in [name for name in OPEN if name in pictures][:2]:
         yield f"open {pictures[name]}: {OPEN[name]}"
+
+
+def absent_line(pictures: Mapping[str, Path], notes: Sequence[str]) -> Iterator[str]:
+    """Yield a line on what is not drawn of a run of bodies and why, beside what its notes say."""
+    if not any(name in pictures for name in MOVING):
+        return
+    drawn = {name.partition(".")[0].partition("-")[0] for name in pictures}
+    noted = {note.partition(" was not drawn")[0] for note in notes}
+    absent = [f"{name}: {reason}" for name, (stems, reason) in ABSENT.items() if not stems & (drawn | noted)]
+    if absent:
+        yield f"not drawn: {'; '.join(absent)}"
 
 
 def size_text(rows: Mapping[str, Mapping[str, Any]]) -> str:

@@ -132,6 +132,8 @@ def _ends(linear: "Linearised", request: Asked) -> tuple["Place | None", list["P
     from gudgeon.solver.linear.state import places
 
     rows = [] if request.force is None else places(linear, request.force, "--force")
+    if request.force is not None and request.force.startswith("motion."):
+        rows = rows[:1]  # Along its direction; the rest are held.
     if len(rows) > 1 and not request.static:
         raise SceneError(f"--force '{request.force}': it has {len(rows)} rows; name one, as '{rows[0].label}'")
     if rows and rows[0].port < 0:

@@ -10,7 +10,6 @@ from matplotlib.patches import Patch
 
 from gudgeon.pipeline.plots.base import style
 
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.RED, style.GREY, "#8a5fb0", "#b08a2e", "#2a9d9a")
 LINES = ("-", "--", ":")
 """Of further curves, once all colours are taken."""
 COMPONENTS = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")}
@@ -49,7 +48,7 @@ def draw(
             for i in members:
                 if np.abs(answers[:, i]).max() < DECADES * largest:
                     continue
-                colour, line = COLOURS[i % len(COLOURS)], LINES[i // len(COLOURS) % len(LINES)]
+                colour, line = style.COLOURS[i % len(style.COLOURS)], LINES[i // len(style.COLOURS) % len(LINES)]
                 axes.loglog(frequencies, np.abs(answers[:, i]), color=colour, ls=line, lw=1.3, label=labels[i])
                 degrees = np.degrees(np.angle(answers[:, i]))
                 phase.semilogx(frequencies, degrees, color=colour, ls=line, lw=1.0)

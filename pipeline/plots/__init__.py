@@ -55,6 +55,7 @@ DRIVEN: Pictures = {
     "rendered": {
         "deformation": "gudgeon.pipeline.plots.driven.assembly:draw_assembly",
         "modes": PLOTS["rendered"]["modes"],
+        "stress": PLOTS["rendered"]["stress"],
         "movie": "gudgeon.pipeline.plots.driven.movie:draw_cycle_movie",
     },
 }
@@ -67,14 +68,18 @@ TURNING: Pictures = {
         "line-loads": "gudgeon.pipeline.plots.mechanism.line_loads:draw_line_loads",
         **{name: PLOTS["flat"][name] for name in ("energy", "gauges", "probes")},
     },
-    "rendered": {"movie": "gudgeon.pipeline.plots.mechanism.film:draw_film"},
+    "rendered": {
+        "stress": PLOTS["rendered"]["stress"],
+        "movie": "gudgeon.pipeline.plots.mechanism.film:draw_film",
+    },
 }
 """Pictures of a scene whose bodies turn by any angle."""
 
 FILES = (
     "mechanism.png", "journals.png", "line-loads.png", "force.png", "energy.png", "impacts.png", "gauges.png",
     "probes.png", "pressure.png", "slip.png", "cycle.png", "deformation.png", "stress.png", "modes.png", "impact.mp4",
-    "cycle.mp4", "pressure.mp4", "mechanism.mp4", "nodal-diameters.png", "blades.png", "wheel.png", "charge.png",
+    "motion.mp4", "cycle.mp4", "pressure.mp4", "mechanism.mp4", "nodal-diameters.png", "blades.png", "wheel.png",
+    "charge.png",
 )  # fmt: skip
 """Names of all pictures; one of several bodies or contacts has its name before the dot."""
 

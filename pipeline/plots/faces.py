@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pyvista as pv
-from matplotlib import colormaps
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from scipy.spatial import KDTree
@@ -19,9 +19,8 @@ PANEL, HEIGHT = (780, 760), 950
 """Size of the picture of one side, and height of the whole [px]."""
 SIDES = (np.array([0.75, -0.8, 0.55]), np.array([-0.75, 0.8, -0.55]))
 """From the part to the camera."""
-COLOURS = 10
-FEWER = 60
-"""Faces from which their numbers are drawn smaller."""
+TINT = 0.45
+"""Of the colours of faces, over white."""
 
 
 def main(data: Path, picture: Path) -> None:
@@ -38,8 +37,9 @@ def _figure(arrays: dict[str, np.ndarray]) -> Figure:
     title, count = str(arrays["title"]), len(arrays["numbers"])
     figure = style.new_figure(title, f"{count} faces  ·  {size} mm  ·  front and back", height=HEIGHT, width=width)
     surface = pv.PolyData.from_regular_faces(points, triangles)
-    colours = (255 * colormaps["tab20"](np.arange(1, 2 * COLOURS, 2))[:, :3]).astype(np.uint8)
-    surface.cell_data["colour"] = colours[owner % COLOURS]
+    tones = np.array([to_rgb(colour) for colour in style.COLOURS])
+    colours = (255 * (1 - TINT * (1 - tones))).astype(np.uint8)
+    surface.cell_data["colour"] = colours[owner % len(colours)]
     borders = _borders(points, triangles, owner)
     for column, towards in enumerate(SIDES):
         plotter = view.new_plotter(PANEL)
@@ -53,7 +53,7 @@ def _figure(arrays: dict[str, np.ndarray]) -> Figure:
         axes.axis("off")
         for label, (x, y) in labels:
             text = axes.text(x, y, str(label), ha="center", va="center", fontweight="bold", color=style.INK,
-                             fontsize=9 if count < FEWER else 6)  # fmt: skip
+                             fontsize=style.LEAST_TEXT)  # fmt: skip
             text.set_path_effects([withStroke(linewidth=2.2, foreground="white")])
     return figure
 

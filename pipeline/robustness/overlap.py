@@ -4,6 +4,7 @@ import numpy as np
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.solver.capabilities import INTEGRATORS
+from gudgeon.solver.ports.members import contact_ports, ports_of
 from gudgeon.solver.system.system import System
 
 ROUND_OFF = 1e-9
@@ -21,7 +22,7 @@ def overlaps(system: System, trajectory: Trajectory) -> tuple[float | None, floa
         return None, None, None
     paths = trajectory.frames @ system.rows.T
     multipliers = multipliers_of(system, trajectory)
-    depth = -(system.gap + paths + multipliers @ system.residual)
+    depth = -(system.gap + paths + _residual_motion(system, trajectory, multipliers))
     for contact in filter(system.edged, plain):  # A point that is nearer to an edge is none of this face.
         depth[:, contact.rows][system.beyond(contact, trajectory.frames) > 0] = -np.inf
     start = 0.5 * float(system.velocity @ system.velocity + system.stiffness @ system.position**2)
@@ -48,6 +49,26 @@ def overlaps(system: System, trajectory: Trajectory) -> tuple[float | None, floa
     overlap = depth[:, rows].max(axis=0)
     worst = int(np.argmax(overlap - yields))
     return max(float(overlap.max()), 0.0), max(float(overlap[worst]), 0.0), float(yields[worst] + slack)
+
+
+def _residual_motion(system: System, trajectory: Trajectory, multipliers: np.ndarray) -> np.ndarray:
+    """Return by how much R moves each row along its normal at each frame [m], of friction as well, (f, c).
+
+    Args:
+        multipliers: Normal forces [N], (f, c).
+    """
+    if not system.rubbing:
+        return multipliers @ system.residual
+    ports = ports_of(system)
+    forces, normals = np.zeros((len(multipliers), len(ports.kind))), np.zeros(len(system.gap), np.int64)
+    for contact, block in zip(system.contacts, ports.blocks, strict=False):  # Contacts are the first blocks.
+        normals[contact.rows] = places = contact_ports(ports, contact)
+        forces[:, places] = multipliers[:, contact.rows]
+        friction = trajectory.contacts[contact.name].friction
+        if friction is not None and block.directions is not None:
+            tangents = block.directions.reshape(len(places), -1, 3)[:, 1:]
+            forces[:, places[:, None] + [1, 2]] = np.einsum("fci,cki->fck", friction, tangents)
+    return (forces @ ports.residual)[:, normals]
 
 
 def _approach(system: System, trajectory: Trajectory) -> float:

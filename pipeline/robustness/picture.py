@@ -3,7 +3,19 @@
 from pathlib import Path
 from typing import Any
 
-from gudgeon.pipeline.plots.base.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, RED, new_figure, save, styled
+from gudgeon.pipeline.plots.base.style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    GREY,
+    INK,
+    LEAST_TEXT,
+    ORANGE,
+    RED,
+    new_figure,
+    save,
+    styled,
+)
 
 COLOURS = {"right": GREEN, "refused": ORANGE, "wrong": RED, "does not apply": GREY}
 LEAST = 1e-8
@@ -25,8 +37,8 @@ def draw(document: dict[str, Any], path: Path) -> None:
             colour = COLOURS[row["verdict"]]
             y = len(rows) - 1 - i
             axes.text(
-                -0.03, y, row["case"], transform=axes.get_yaxis_transform(), ha="right", va="center", fontsize=8.5,
-                color=INK,
+                -0.03, y, row["case"], transform=axes.get_yaxis_transform(), ha="right", va="center",
+                fontsize=LEAST_TEXT, color=INK,
             )  # fmt: skip
             for f in row["findings"]:
                 axes.plot(_share(f), y, "o", color=RED if not f["holds"] else BLUE, alpha=0.45, markersize=4)
@@ -35,7 +47,7 @@ def draw(document: dict[str, Any], path: Path) -> None:
             says = row["rests_on"] if row["verdict"] == "right" else f"{row['verdict']}: {row['reason']}"
             says = says if len(says) <= LONGEST else f"{says[: LONGEST - 1]}…"
             axes.text(
-                1.03, y, says, transform=axes.get_yaxis_transform(), va="center", fontsize=6.5,
+                1.03, y, says, transform=axes.get_yaxis_transform(), va="center", fontsize=LEAST_TEXT,
                 color=FAINT if row["verdict"] in ("right", "does not apply") else colour,
             )  # fmt: skip
         axes.axvline(1.0, color=RED, linewidth=1.0)

@@ -27,7 +27,6 @@ PREFERRED = (
     "impacts", "deflection_peak", "force_peak_raw",
 )  # fmt: skip
 """Last parts of the names of quantities that are shown first, where none are named."""
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN, "#8a5fb0", "#b08a2e", "#1a9aa8", style.GREY)
 FEW = 4
 """Number of values of a parameter up to which its axis has a tick at each."""
 LOG_RANGE = 30.0
@@ -143,7 +142,7 @@ def _panel(
     """Draw a quantity over one parameter, with stated errors, and crosses at designs without result."""
     abscissas = _places(values)
     joined = None not in lines
-    for colour, numbers in zip(COLOURS, lines.values(), strict=False):
+    for colour, numbers in zip(style.COLOURS, lines.values(), strict=False):
         done = [n for n in numbers if rows[n].result == Result.FINISHED.name and quantity in rows[n].quantities]
         done.sort(key=lambda n: abscissas[n - 1])
         if not done:
@@ -227,7 +226,7 @@ def _wrapped(path: str, width: int) -> str:
 def _legend(axes: Axes, lines: Mapping[Any, Sequence[int]], paths: Sequence[str], failed: bool) -> None:
     """Name the lines of a column above its uppermost axes."""
     handles: list[Any] = []
-    for colour, key in zip(COLOURS, lines, strict=False):
+    for colour, key in zip(style.COLOURS, lines, strict=False):
         if key:
             text = ", ".join(f"{_last(paths[int(column)])} {_short(_rounded(value))}" for column, value in key)
             handles.append(axes.plot([], [], "o-", color=colour, ms=3.5, lw=1.2, label=text)[0])
@@ -236,7 +235,7 @@ def _legend(axes: Axes, lines: Mapping[Any, Sequence[int]], paths: Sequence[str]
     if handles:
         axes.legend(
             handles=handles, loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=math.ceil(len(handles) / 2),
-            fontsize=8, columnspacing=1.2, borderaxespad=0.2, handlelength=1.4,
+            fontsize=style.LEAST_TEXT, columnspacing=1.2, borderaxespad=0.2, handlelength=1.4,
         )  # fmt: skip
 
 

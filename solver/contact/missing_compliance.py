@@ -63,20 +63,29 @@ def check_compliance(
         fixed = missing[flexibility[missing] <= HELD * flexibility.max()]
         if side.body.modal.reduction != "rigid" and len(fixed):
             raise SceneError(_held(scene, name, side, fixed))
+    whole = len(missing) == len(residual)
+    places = "" if whole else _points(scene, sides[0], missing)
+    where = "all interface motion" if whole else f"all motion of {places}, as on the edge of a tie"
+    way = "keep fewer shapes, use method 'constraint', or" if whole else "leave them out of the interface, or"
     raise SceneError(
         f"contact.{name}.method: '{contact.method}' needs residual flexibility, but the retained shapes already contain"
-        " all interface motion (R = 0); keep fewer shapes, or use method 'constraint'"
+        f" {where} (R = 0); {way} set contact.{name}.surface_stiffness"
     )
 
 
 def _held(scene: Scene, name: str, side: Side, fixed: np.ndarray) -> str:
     """Return the complaint about points that supports hold; `fixed` are their numbers."""
-    point, component = side.placed[fixed[0]], scene.component_of(side.body.name)
-    coordinates = ", ".join(f"{0.0 if abs(x) < 1e-12 else x:.4g}" for x in point)
-    count = "1 point" if len(fixed) == 1 else f"{len(fixed)} points"
     return (
-        f"contact.{name}: {count} of component.{component}.interface.{side.interface}, the first near ({coordinates})"
-        f" m, cannot move because component.{component}.supports hold them; method '{scene.contact[name].method}' needs"
-        " points that can move: leave the supported edge out of the interface by its height, sector_deg or another"
-        f" surface, or set contact.{name}.surface_stiffness"
+        f"contact.{name}: {_points(scene, side, fixed)}, cannot move because"
+        f" component.{scene.component_of(side.body.name)}.supports hold them; method '{scene.contact[name].method}'"
+        " needs points that can move: leave the supported edge out of the interface by its height, sector_deg or"
+        f" another surface, or set contact.{name}.surface_stiffness"
     )
+
+
+def _points(scene: Scene, side: Side, chosen: np.ndarray) -> str:
+    """Return how many points of an interface there are by their numbers, and where the first is."""
+    coordinates = ", ".join(f"{0.0 if abs(x) < 1e-12 else x:.4g}" for x in side.placed[chosen[0]])
+    count = "1 point" if len(chosen) == 1 else f"{len(chosen)} points"
+    interface = f"component.{scene.component_of(side.body.name)}.interface.{side.interface}"
+    return f"{count} of {interface}, the first near ({coordinates}) m"

@@ -117,11 +117,19 @@ def test_response_of_both_is_one(folder: Path) -> None:
     assert answers[0][0, 1] == pytest.approx(static * w, rel=0.03)
 
 
+@pytest.mark.parametrize("axis", ["[1.0, 0.0, 0.0]", "[0.0, 1.0, 0.0]", "[0.0, 0.0, 1.0]"])
+def test_a_base_moves_along_its_direction(axis: str, folder: Path, capsys: Capture) -> None:
+    """Slowly, the body follows it, whatever the rows of the tie are called."""
+    along = ("--set", f"motion.base.direction={axis}", "--set", f"force.one.direction={axis}")
+    ends = ("--force", "motion.base", "--at", "force.one", "--frequencies", "1", "2", "--points", "2")
+    assert main(command(folder, *along, *ends)) == 0
+    assert table(folder / "out" / "linear-response.csv")[1][0, 1] == pytest.approx(1.0, rel=1e-3)
+
+
 WRONG = {
     "--force force.on": "--force 'force.on': there is none in the scene, did you mean 'force.one'? it has",
     "--force force.one --at probe.tip": "--at 'probe.tip': there is none in the scene",
     "--force force.one --at probe.top": "--at 'probe.top': a probe of velocity is not read here; allowed: probes of",
-    "--force motion.base": "--force 'motion.base': it has 6 rows; name one, as 'motion.base[1]'",
     "--at force.one": "--at: a response needs --force",
     "--force force.one --frequencies 100 10": "--frequencies 100 10: two rising frequencies above zero",
     "--force force.one --points 1 --frequencies 1 2": "--points 1: allowed: 2 to",

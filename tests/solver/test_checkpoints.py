@@ -81,7 +81,9 @@ def rubbing(folder: Path) -> System:
 
 SYSTEMS: dict[str, Callable[[Path], System]] = {
     "residual": lambda folder: build(folder, rod_records(10), rod_scene(method="residual", checks=True)),
-    "layer": lambda folder: build(folder, rod_records(6), rod_scene(method="penalty", surface_stiffness=1e13, checks=True)),
+    "layer": lambda folder: build(
+        folder, rod_records(6), rod_scene(method="penalty", surface_stiffness=1e13, checks=True)
+    ),
     "event": lambda folder: build(folder, rod_records(4), rod_scene(method="impact", restitution=0.5)),
     "friction": rubbing,
     "sliding": lambda folder: build_all(folder, driven_pair_records(4), driven_pair_scene()),

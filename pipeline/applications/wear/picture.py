@@ -11,7 +11,6 @@ from matplotlib.ticker import MaxNLocator
 
 from gudgeon.pipeline.plots.base import style
 
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN, "#8a5fb0", "#b08a2e", "#1a9aa8", style.RED, style.GREY)
 LINES = ("-", "--")
 WIDTH, HEIGHT = 1700, 1600
 End = tuple[np.ndarray, np.ndarray]
@@ -61,7 +60,7 @@ def _orbit(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
     factor, unit = style.prefixed(shown.clearance, "m")
     turn = np.linspace(0, 2 * np.pi, shown.start.shape[2] + 1)
     shapes = [shown.start[0, 0], list(shown.marks.values())[-1][0, 0] if shown.marks else shown.start[0, 0]]
-    for (orbit, _), label, colour, shape in zip(shown.ends, labels, COLOURS, shapes, strict=False):
+    for (orbit, _), label, colour, shape in zip(shown.ends, labels, style.COLOURS, shapes, strict=False):
         radius = factor * (shown.clearance + np.append(shape, shape[0]))
         axes.plot(radius * np.cos(turn), radius * np.sin(turn), color=colour, lw=1.0, ls="--")
         axes.plot(*(factor * orbit.T), color=colour, lw=0.6, alpha=0.75, label=label)
@@ -76,11 +75,11 @@ def _force(axes: Axes, shown: Shown, labels: Sequence[str]) -> None:
     """Draw the mean force on the bearing per angle."""
     largest = max(float(force.max()) for _, force in shown.ends)
     factor, unit = style.prefixed(largest, "N")
-    for (_, force), label, colour in zip(shown.ends, labels, COLOURS, strict=False):
+    for (_, force), label, colour in zip(shown.ends, labels, style.COLOURS, strict=False):
         turn = np.linspace(0, 2 * np.pi, len(force) + 1)
         axes.plot(turn, factor * np.append(force, force[0]), color=colour, lw=1.2, label=label)
     axes.set_xlabel(f"mean contact force over the angle [{unit}/rad]")
-    axes.tick_params(labelsize=8)
+    axes.tick_params(labelsize=style.LEAST_TEXT)
     axes.set_rlabel_position(90)  # type: ignore[attr-defined]
     axes.yaxis.set_major_locator(MaxNLocator(3))
 
@@ -93,7 +92,7 @@ def _depth(axes: Axes, shown: Shown) -> None:
         axes.set_axis_off()
         return
     factor, unit = style.prefixed(largest, "m")
-    for (cycles, shape), colour in zip(shapes.items(), COLOURS, strict=False):
+    for (cycles, shape), colour in zip(shapes.items(), style.COLOURS, strict=False):
         angles = np.linspace(0, 360, shape.shape[2] + 1)
         for section, sides in enumerate(shape):
             for side, depths in enumerate(sides):

@@ -1,4 +1,5 @@
-"""The one moment that all pictures show of a contact: the sample of its largest mean force, the state at its end."""
+"""The one moment that all pictures show of a contact: the sample of its largest mean force, the state at its end; and
+the one size of its largest force, the quantity `force_peak`, as it is printed."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ class Hardest:
     time: float
     """[s]"""
     force: float
-    """Mean resultant over the sample that ends then [N]; at the frame itself where no sample resolves the contact."""
+    """The quantity `force_peak` [N]; of a contact without it the force of the frame."""
 
 
 def with_peaks(trajectory: Trajectory) -> Trajectory:
@@ -72,9 +73,30 @@ def _of_contact(trajectory: Trajectory, name: str) -> Hardest | None:
     if trajectory.peak_times is not None and name in trajectory.peaks:
         time = float(trajectory.peak_times[trajectory.peaks[name]])
         frame = int(np.abs(trajectory.frame_times - time).argmin())
+        frame, time = _within_window(trajectory, name, frame, time)
         if contact.multipliers[frame].any():
-            return Hardest(name, frame, time, float(np.linalg.norm(contact.force, axis=1).max()))
+            return Hardest(name, frame, time, peak_force(trajectory, name))
     # A record without kept states, or an impact within one sample.
     frame = int(contact.multipliers.sum(axis=1).argmax())
     force = float(contact.multipliers[frame].sum())
+    if f"{name}.force_peak" in trajectory.quantities:
+        force = peak_force(trajectory, name)
     return Hardest(name, frame, float(trajectory.frame_times[frame]), force)
+
+
+def _within_window(trajectory: Trajectory, name: str, frame: int, time: float) -> tuple[int, float]:
+    """Return a frame and its time [s], or the closed frame nearest to `peak_time` where it is out of its window: a
+    single sample may reach highest elsewhere, as at a front."""
+    quantities = trajectory.quantities
+    when, window = (quantities.get(f"{name}.{key}") for key in ("peak_time", "force_window"))
+    closed = np.flatnonzero(trajectory.contacts[name].multipliers.any(axis=1))
+    if when is None or window is None or abs(time - when["value"]) <= window["value"]:
+        return frame, time
+    nearest = int(closed[np.abs(trajectory.frame_times[closed] - when["value"]).argmin()])
+    return nearest, float(trajectory.frame_times[nearest])
+
+
+def peak_force(trajectory: Trajectory, name: str) -> float:
+    """Return the largest force of a contact [N]: `force_peak`, or without it the largest mean over a sample."""
+    quantity = trajectory.quantities.get(f"{name}.force_peak")
+    return quantity["value"] if quantity else float(np.linalg.norm(trajectory.contacts[name].force, axis=1).max())

@@ -215,17 +215,22 @@ class Drawing:
         contacts = self.trajectory.contacts.items()
         return {name: item for name, item in contacts if body in (item.body, against.get(name))}
 
-    def struck_lines(self) -> list[str]:
-        """Return the bars and beams on which a contact, their own or another's, ever acts."""
-        bodies = self.trajectory.bodies
-        struck = [name for name in bodies if any(c.force.any() for c in self.contacts_on(name).values())]
-        return [name for name in struck if self.cell(name).dimension == 1]
+    def touched(self, body: str) -> bool:
+        """Return whether a contact, its own or another's, acts on a body in some frame."""
+        return any(contact.multipliers.any() for contact in self.contacts_on(body).values())
 
-    def touched(self, dimension: int) -> list[str]:
-        """Return the bodies of cells of a dimension on which a contact, their own or another's, acts in some frame."""
-        bodies = self.trajectory.bodies
-        touched = [name for name in bodies if any(c.multipliers.any() for c in self.contacts_on(name).values())]
-        return [name for name in touched if self.cell(name).dimension == dimension]
+    def deformed(self, dimension: int) -> list[str]:
+        """Return the bodies of cells of a dimension whose elastic coordinates, or on which contacts, ever act."""
+        trajectory, names = self.trajectory, []
+        offsets = [*trajectory.coordinate_offsets.values(), trajectory.frames.shape[1]]
+        for name in trajectory.bodies:
+            stop = min(offset for offset in offsets if offset > trajectory.coordinate_offsets[name])
+            modes = len(self.modes(name, ["angular_frequencies"]).angular_frequencies)
+            if not modes or self.cell(name).dimension != dimension:
+                continue
+            if trajectory.frames[:, stop - modes : stop].any() or self.touched(name):
+                names.append(name)
+        return names
 
     def shaped(self, names: Iterable[str]) -> Iterator[BodyMotion]:
         """Yield those of some bodies whose modes have shapes."""
@@ -235,17 +240,24 @@ class Drawing:
 
     def deformed_count(self) -> int:
         """Return how many bodies have a picture of their deformation."""
-        return len(self.touched(3)) + len(self.touched(2)) + len(self.struck_lines())
+        return sum(len(self.deformed(dimension)) for dimension in (1, 2, 3))
 
     def frame_force(self, body: str) -> np.ndarray:
         """Return the sum of all contact forces on a body at each frame [N], (f,)."""
         return np.sum([contact.multipliers.sum(axis=1) for contact in self.contacts_on(body).values()], axis=0)
 
-    def hardest(self, body: str) -> Hardest:
-        """Return the largest force of all contacts on a body, of which some frame must show one closed."""
-        strongest = hardest(self.trajectory, self.contacts_on(body))
-        assert strongest is not None
-        return strongest
+    def hardest(self, body: str) -> Hardest | None:
+        """Return the largest force of all contacts on a body; None if no frame shows one closed."""
+        return hardest(self.trajectory, self.contacts_on(body))
+
+    def shown_frame(self, body: BodyMotion) -> int:
+        """Return the frame that pictures show of a body: that of its largest contact force, or without contact of its
+        largest elastic displacement."""
+        strongest = self.hardest(body.name)
+        if strongest is not None:
+            return strongest.frame
+        frames = range(len(body.coordinates))
+        return max(frames, key=lambda frame: float(np.linalg.norm(body.elastic(frame), axis=1).max()))
 
     def presses(self, body: str) -> dict[str, Press]:
         """Return the closed contacts on a body, own ones and those of other bodies."""

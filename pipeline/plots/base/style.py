@@ -9,21 +9,20 @@ from typing import Any, Literal
 
 import matplotlib
 import numpy as np
+from cycler import cycler
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.text import Text
 from matplotlib.ticker import ScalarFormatter
-from matplotlib.transforms import Bbox
 from PIL.Image import Image
 
 from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.files import whole_file
+from gudgeon.pipeline.plots.base.fitting import BORDER, LEAST_TEXT, fit, written
 from gudgeon.pipeline.plots.base.hardest import Hardest
 
 WIDTH, HEIGHT, DPI = 1600, 1200, 200
@@ -37,8 +36,12 @@ AROUND = ListedColormap(colormaps["Blues"](np.linspace(0.06, 0.85, 256)), "aroun
 PRESSURE = "magma_r"
 SIGNED = colormaps["RdBu_r"]
 
-BORDER, FITS = 0.006, 12
-"""Least distance of texts from the border, of the figure's width, and how often they are made smaller for it."""
+VIOLET, BROWN = "#7a4fa3", "#9a7420"
+COLOURS = (BLUE, ORANGE, GREEN, RED, VIOLET, BROWN, GREY, INK)
+"""Of curves beside one another, in their order."""
+
+LETTER, HANDLE = 0.56, 4.6
+"""Mean width of a letter, and width of a legend's handle and spaces, of the size of the letters."""
 
 LEAST_SPAN, LEAST_SIDE = 1e-3, 0.2
 """Least span of an axis over the largest number on it: below, a quantity is constant but for what no picture can show;
@@ -64,7 +67,7 @@ SETTINGS: Any = {
     "axes.edgecolor": FAINT, "axes.labelcolor": INK, "axes.linewidth": 0.7, "axes.grid": True, "axes.axisbelow": True,
     "axes.spines.top": False, "axes.spines.right": False, "grid.color": GRID, "grid.linewidth": 0.7,
     "xtick.color": FAINT, "ytick.color": FAINT, "xtick.labelcolor": INK, "ytick.labelcolor": INK,
-    "legend.frameon": False, "legend.fontsize": 9,
+    "legend.frameon": False, "legend.fontsize": LEAST_TEXT, "axes.prop_cycle": cycler(color=COLOURS),
 }  # fmt: skip
 PREFIXES = (
     (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"), (1e-15, "f"),
@@ -85,17 +88,20 @@ def new_figure(title: str, subtitle: str, *, height: int = HEIGHT, width: int = 
     """Return an empty figure of some size [px] with its title in the upper left corner."""
     figure = ShownFigure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
     figure.text(0.28 * dpi / width, 1 - 0.25 * dpi / height, title, fontsize=14, fontweight="bold", va="center")
-    figure.text(0.28 * dpi / width, 1 - 0.5 * dpi / height, subtitle, fontsize=9.5, color=FAINT, va="center")
+    figure.text(0.28 * dpi / width, 1 - 0.43 * dpi / height, subtitle, fontsize=9.5, color=FAINT, va="top")
     return figure
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG of its full size, in one step; see `whole_file`."""
+    """Write a figure as PNG of its full size, in one step; see `whole_file`. Its description has all that is written
+    in the picture but the labels of ticks, a line each: title and subtitle first."""
     for axes in figure.axes:
         keep_spans(axes)
     fit(figure)
+    texts = [*figure.texts, *(text for _, group in written(figure) for text in group if text not in figure.texts)]
+    description = "\n".join(" ".join(text.get_text().split("\n")) for text in texts)
     with whole_file(path) as scratch:
-        figure.savefig(scratch, dpi=DPI, facecolor="white", format="png")
+        figure.savefig(scratch, dpi=DPI, facecolor="white", format="png", metadata={"Description": description})
 
 
 def keep_spans(axes: Axes) -> None:
@@ -122,40 +128,6 @@ def _plain_ticks(axes: Axes) -> None:
     for axis in (axes.xaxis, axes.yaxis):
         if isinstance(formatter := axis.get_major_formatter(), ScalarFormatter):
             formatter.set_useOffset(False)
-
-
-def fit(figure: Figure) -> None:
-    """Make texts smaller that would be cut off at the figure's border, except labels of ticks."""
-    canvas = FigureCanvasAgg(figure)
-    for _ in range(FITS):
-        canvas.draw()
-        boxes = [(artist.get_window_extent(canvas.get_renderer()), texts) for artist, texts in _written(figure)]
-        cut_off = [(factor, texts) for box, texts in boxes if (factor := _fitting(figure, box)) < 1]
-        for factor, texts in cut_off:
-            for text in texts:
-                text.set_fontsize(float(text.get_fontsize()) * factor)
-        if not cut_off:
-            return
-
-
-def _written(figure: Figure) -> list[tuple[Legend | Text, list[Text]]]:
-    """Return the legends and the other texts that are seen, but no labels of ticks, with the texts of each."""
-    groups: list[tuple[Legend | Text, list[Text]]] = [
-        (legend, legend.get_texts()) for legend in figure.findobj(Legend) if isinstance(legend, Legend)
-    ]
-    grouped = {text for _, texts in groups for text in texts}
-    # Labels of ticks, also of those beyond the limits, which are not drawn.
-    grouped |= {text for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for text in axis.get_ticklabels()}
-    groups += [(text, [text]) for text in figure.findobj(Text) if isinstance(text, Text) and text not in grouped]
-    return [group for group in groups if group[0].get_visible() and any(text.get_text().strip() for text in group[1])]
-
-
-def _fitting(figure: Figure, box: Bbox) -> float:
-    """Return the factor at which a box [px] is within the figure's border; 1 if it is there."""
-    width, height = figure.get_size_inches() * figure.dpi
-    edge = BORDER * width
-    outside = max(edge - box.x0, box.x1 - width + edge, edge - box.y0, box.y1 - height + edge)
-    return 1.0 if outside <= 0 else max(0.5, 1 - (outside + 1) / max(box.width, box.height))
 
 
 def draw(file: AbstractContextManager[Path], make: Callable[..., Figure], *arguments: Any) -> None:
@@ -230,12 +202,25 @@ def legend(axes: Axes, *further: tuple[Any, str], beside: Axes | None = None, co
         labelled += zip(*beside.get_legend_handles_labels(), strict=True)
         if (legend_beside := beside.get_legend()) is not None:
             legend_beside.remove()
+    columns = fitting_columns(axes, [label for _, label in labelled], columns)
     # A legend is filled column by column.
     labelled = [pair for column in range(columns) for pair in labelled[column::columns]]
     axes.legend(
         [handle for handle, _ in labelled], [label for _, label in labelled],
         loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=columns, columnspacing=1.8, borderaxespad=0.2,
     )  # fmt: skip
+
+
+def fitting_columns(axes: Axes, labels: Sequence[str], columns: int) -> int:
+    """Return the largest number of columns, at most `columns`, in which labels are no wider than axes and a margin."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    room = 72 * figure.get_figwidth() * (1 - BORDER - axes.get_position().x0) / SETTINGS["legend.fontsize"]
+    for count in range(min(columns, len(labels)), 1, -1):
+        widths = [max(LETTER * len(label) for label in labels[k::count]) + HANDLE for k in range(count)]
+        if sum(widths) <= room:
+            return count
+    return 1
 
 
 def legend_below(figure: Figure, *labels: tuple[str, float, str]) -> None:
@@ -283,6 +268,7 @@ def magnitude_bar(
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Return factor and unit in which `largest` has one to three digits before the point; of zero the plain unit."""
+    unit = unit.replace("^2", "²").replace("^3", "³")
     for size, prefix in PREFIXES:
         if abs(largest) >= 0.9999 * size:
             return 1 / size, prefix + unit

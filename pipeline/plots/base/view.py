@@ -3,6 +3,7 @@
 Text, colour bars and curves around the image are drawn by matplotlib, alike in all pictures.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ FINER = 2.0
 LIGHTS = (((0.5, 0.8, 1.0), 0.55), ((-1.0, 0.2, 0.8), 0.3), ((0.2, -1.0, 0.7), 0.35))
 """Position relative to the camera and strength of each light: from above, and fill for what faces down."""
 
+SEEN, LIFT, ALIKE = 40, 2e-3, 0.02
+"""Points of a contact that are looked for from a side, their distance from the body, of its diagonal, and shares of
+them that are alike."""
 STEEP = 0.7
 """Vertical part of a unit normal from which a contact is above or below the body, not beside it."""
 TRIAD = (0.868, 0.03, 0.1)
@@ -60,6 +64,30 @@ def looking(outward: np.ndarray, up: np.ndarray, azimuth: float, elevation: floa
     a, e = np.radians([azimuth, elevation])
     around = np.cos(a) * front + np.sin(a) * np.cross(up, front)
     return View(np.cos(e) * around + np.sin(e) * up, up)
+
+
+def shares_seen(
+    points: np.ndarray, outward: np.ndarray, surfaces: Sequence[pv.PolyData], views: Sequence[View]
+) -> np.ndarray:
+    """Return the share of points of contact that is seen in each view, (v,).
+
+    Args:
+        points: On a body [m], (c, 3).
+        outward: Unit normals out of that body, (c, 3).
+        surfaces: Triangles of all bodies, which hide points.
+    """
+    chosen = np.unique(np.linspace(0, len(points) - 1, SEEN).astype(int))
+    length = max((surface.length for surface in surfaces), default=1.0)
+    starts = points[chosen] + LIFT * length * outward[chosen]
+    return np.array([
+        np.mean([not any(len(s.ray_trace(p, p + 4 * length * v.towards)[1]) for s in surfaces) for p in starts])
+        for v in views
+    ])  # fmt: skip
+
+
+def largest_alike(shares: np.ndarray) -> int:
+    """Return the number of the first of the largest shares that are about alike."""
+    return int(np.argmax(shares >= shares.max() - ALIKE))
 
 
 def new_plotter(size: tuple[int, int], finer: float = FINER) -> pv.Plotter:

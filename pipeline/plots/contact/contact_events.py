@@ -81,7 +81,7 @@ def _places(axes: Axes, courses: list[Course], touch: Touch, span: tuple[float, 
         for k in spaced(middles, span, NUMBERS):
             axes.text(
                 middles[k] * shown, (high - 0.015 * (high - low)) * scale, f"{k + 1}", ha="center", va="top",
-                fontsize=8.5, fontweight="bold", color=style.FAINT,
+                fontsize=style.LEAST_TEXT, fontweight="bold", color=style.FAINT,
                 bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.2},
             )  # fmt: skip
     style.legend(axes)

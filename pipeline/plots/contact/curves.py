@@ -11,12 +11,11 @@ from gudgeon.modaldb.records.trajectory import Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.hardest import hardest
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.drive import Drive, frame_degrees, hardest_first, own_cycle, shown_angle
+from gudgeon.pipeline.plots.contact.drive import Cycle, Drive, frame_degrees, hardest_first, own_cycle, shown_angle
 from gudgeon.pipeline.plots.contact.force_axes import force_axes, impact_axes, impact_count
 from gudgeon.pipeline.plots.contact.located import Touch, touches
 
 ENERGIES = (("kinetic", style.BLUE), ("strain", style.ORANGE), ("contact", style.RED), ("dissipated", style.GREEN))
-WORK = "#7a4fa3"
 ROOM = 1.16
 """Height of axes with a contact's name, of those without."""
 ROUND_OFF = 1e-9
@@ -31,9 +30,10 @@ def draw_force(drawing: Drawing) -> None:
 
 def _force(drawing: Drawing) -> Figure:
     trajectory = drawing.trajectory
-    count = len(trajectory.contacts)
+    acting = [name for name, contact in trajectory.contacts.items() if contact.force.any()]
+    count = len(acting)
     located = {touch.name: touch for touch in touches(drawing)}
-    impulsive = all(touch.brief.all() for touch in located.values()) and len(located) == count
+    impulsive = all(touch.brief.all() for touch in located.values()) and set(located) >= set(acting)
     mixed = any(touch.impulsive and not touch.brief.all() for touch in located.values())
     height = style.HEIGHT if count == 1 else 300 + 550 * count
     title = "Contact impulse" if impulsive else "Contact force"
@@ -41,35 +41,45 @@ def _force(drawing: Drawing) -> Figure:
     panels = style.rows(figure, [1.0] * count, 0.45, (0.1, 0.91 if mixed else 0.965))
     span = _span(trajectory, list(located.values()))
     abscissa = style.over_time(trajectory.times, span)
-    for axes, name in zip(panels, trajectory.contacts, strict=True):
+    for axes, name in zip(panels, acting, strict=True):
         touch = located.get(name)
         if touch is not None and touch.impulsive:
             impact_axes(axes, touch, span)
         else:
-            normal = touch.direction if touch and drawing.scene["contact"][name].get("friction") is not None else None
-            reference = drawing.reference_force(name)
-            force_axes(axes, trajectory, name, abscissa.values, normal, reference=reference)
+            _contact_axes(axes, drawing, name, touch, abscissa.values)
         if count > 1:
             _name(axes, name)
     abscissa.finish(panels)
     return figure
 
 
+def _contact_axes(axes: Axes, drawing: Drawing, name: str, touch: Touch | None, abscissa: np.ndarray) -> None:
+    """Draw the force of a contact, with friction that along its normal, and its reference."""
+    normal = touch.direction if touch and drawing.scene["contact"][name].get("friction") is not None else None
+    reference = drawing.reference_force(name)
+    force_axes(axes, drawing.trajectory, name, abscissa, normal, reference=reference)
+
+
 def _cycle_force(drawing: Drawing) -> Figure:
     """Draw the contacts of a driven scene, the largest force first."""
     run = own_cycle(drawing)
-    names = hardest_first(run.trajectory.contacts)
-    figure = style.new_figure("Contact force", drawing.scene_name)
+    names = [n for n in hardest_first(run.trajectory.contacts) if run.trajectory.contacts[n].force.any()]
+    texts = [_largest(drawing, run, name) for name in names]
+    figure = style.new_figure("Contact force", "  ·  ".join([drawing.scene_name, *filter(None, texts[:2])]))
     panels = style.rows(figure, [1.0] * len(names), 0.35)
     for axes, name in zip(panels, names, strict=True):
         force_axes(axes, run.trajectory, name, run.degrees, reference=drawing.reference_force(name))
-        text = name
-        if (strongest := hardest(run.trajectory, [name])) is not None:
-            angle = shown_angle(float(frame_degrees(drawing, run.drive)[strongest.frame]), 1)
-            text += f": largest force {style.quantity(strongest.force, 'N')} at {angle}°"
-        _name(axes, text)
+        _name(axes, name)
     run.abscissa.finish(panels)
     return figure
+
+
+def _largest(drawing: Drawing, run: Cycle, name: str) -> str:
+    """Return the largest force of a contact and its crank angle as text; empty of one that no frame shows closed."""
+    if (strongest := hardest(run.trajectory, [name])) is None:
+        return ""
+    angle = shown_angle(float(frame_degrees(drawing, run.drive)[strongest.frame]), 1)
+    return f"largest force of {name}: {style.quantity(strongest.force, 'N')} at {angle}°"
 
 
 def _name(axes: Axes, text: str) -> None:
@@ -102,7 +112,9 @@ def _force_subtitle(scene: str, trajectory: Trajectory) -> str:
             ends = [f"{time:.{decimals}f}" for time in (start["value"] * factor, end)]
             span = f"at {ends[0]}" if ends[0] == ends[1] else f"from {ends[0]} to {ends[1]}"
             texts.append(f"{label} {span} {unit}")
-    return "  ·  ".join(texts[:4])
+    open_contacts = [name for name, contact in trajectory.contacts.items() if not contact.force.any()]
+    still = [f"never closed: {', '.join(open_contacts)}"] if open_contacts else []
+    return "  ·  ".join([*texts[:4], *still])
 
 
 def draw_energy(drawing: Drawing) -> None:
@@ -191,7 +203,7 @@ def energy_curves(energies: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
     curves += [
         (n, c, energy) for (n, c), energy in zip(ENERGIES, energies.T, strict=False) if np.abs(energy).max() > round_off
     ]
-    return [*curves, ("work of loads", WORK, work)] if worked else curves
+    return [*curves, ("work of loads", style.VIOLET, work)] if worked else curves
 
 
 def balance(energies: np.ndarray) -> np.ndarray:

@@ -11,8 +11,7 @@ from matplotlib.ticker import FuncFormatter, MultipleLocator
 from gudgeon.modaldb.records.trajectory import ContactHistory, Trajectory
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
-from gudgeon.pipeline.plots.contact.force_axes import WINDOW
-from gudgeon.pipeline.plots.contact.force_window import hann_filter
+from gudgeon.pipeline.plots.contact.force_axes import windowed_force
 from gudgeon.solver.vectors import unit
 
 TICK = 90.0
@@ -49,7 +48,7 @@ class Cycle:
     label: str
     drive: Drive
     trajectory: Trajectory
-    """With times, contact forces, joints and motion."""
+    """With times, contact forces, quantities, joints and motion."""
 
     @property
     def degrees(self) -> np.ndarray:
@@ -58,13 +57,19 @@ class Cycle:
 
     @cached_property
     def sides(self) -> dict[str, np.ndarray]:
-        """Windowed force of the body to the right on each of its contacts [N], (s,)."""
-        times = self.trajectory.times
+        """Force of the body to the right on each of its contacts, within the window of `force_peak` [N], (s,)."""
         return {
-            name: hann_filter(times, contact.force @ -self.drive.right, WINDOW)
+            name: windowed_force(self.trajectory, name)[0] @ -self.drive.right
             for name, contact in self.trajectory.contacts.items()
             if contact.body == self.drive.body
         }
+
+    @property
+    def window(self) -> str:
+        """The windows of the forces, as text; empty without contacts."""
+        widths = [windowed_force(self.trajectory, name)[1] for name in self.sides]
+        texts = [style.quantity(width, "s") for width in (min(widths), max(widths))] if widths else []
+        return f"forces: mean over {' to '.join(dict.fromkeys(texts))}, twice" if texts else ""
 
     @cached_property
     def side_force(self) -> np.ndarray:
@@ -110,7 +115,7 @@ def own_cycle(drawing: Drawing) -> Cycle:
 
 def cycles(drawing: Drawing) -> list[Cycle]:
     """Return this run, then those compared with it; a label for its own key replaces the scene's name."""
-    runs, fields = [own_cycle(drawing)], ["times", "contacts", "joints", "motion"]
+    runs, fields = [own_cycle(drawing)], ["times", "contacts", "joints", "motion", "quantities"]
     for label, key in drawing.compare.items():
         if key == drawing.key:
             runs[0] = replace(runs[0], label=label)

@@ -5,14 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from gudgeon.modaldb.records.trajectory import Trajectory
+from gudgeon.modaldb.records.trajectory import WINDOWED, Trajectory
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.hardest import peak_force
 from gudgeon.pipeline.plots.base.run import Curve
 from gudgeon.pipeline.plots.contact.located import Touch
 from gudgeon.solver.contact.windows import mean_of_means
 
-WINDOW = 40e-6
-"""Full width of the Hann window of forces over a cycle [s], which usual numbers of modes resolve."""
 FINEST = 4
 """Least width of a window, in sample intervals."""
 SHORTEST = 3.0
@@ -23,6 +22,8 @@ APART = 0.055
 """Distance of two values below which they overlap, of the axis."""
 LOW = 0.05
 """Height of stems below which no value is written, of the highest one."""
+RAW = "#c3cad1"
+"""Of means over single samples beside their smoothed curve."""
 SAME = 0.02
 """Change by a window, of the largest force, up to which its curve is omitted."""
 
@@ -51,7 +52,7 @@ def smoothed(trajectory: Trajectory, name: str) -> Smoothed | None:
     if width < FINEST * interval:
         return None
     count = round(width / interval)
-    mean = _windowed(force, interval, width)
+    mean = windowed_mean(force, interval, width)
     # A force that is there from the start or to the end changes there by the window alone.
     changed = np.abs(mean - force)[count : len(force) - count].max(initial=0.0)
     lower = np.linalg.norm(force, axis=1).max() - np.linalg.norm(mean, axis=1).max()
@@ -69,6 +70,14 @@ def shown_force(trajectory: Trajectory, name: str) -> tuple[np.ndarray, str]:
     return force, f"mean over {style.quantity(float(times[1] - times[0]), 's')}"
 
 
+def windowed_force(trajectory: Trajectory, name: str) -> tuple[np.ndarray, float]:
+    """Return the force of a contact within the window of `force_peak` [N], (s, 3), and that window [s]."""
+    times, force = trajectory.times, trajectory.contacts[name].force
+    interval = float(times[1] - times[0])
+    width = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
+    return (windowed_mean(force, interval, width), width) if width >= interval else (force, interval)
+
+
 def force_axes(
     axes: Axes,
     trajectory: Trajectory,
@@ -78,7 +87,7 @@ def force_axes(
     *,
     reference: Curve | None = None,
 ) -> None:
-    """Draw the resultant's magnitude, its largest value, and its smoothed curve.
+    """Draw the resultant's magnitude, in grey beside its smoothed curve, and its largest value, `force_peak`.
 
     Forces are means over samples, and are drawn at the middle of each.
 
@@ -94,14 +103,15 @@ def force_axes(
     scale, unit = style.prefixed(float(raw.max()), "N")
     impulse = float(np.linalg.norm(force.sum(axis=0)) * interval)
     window = smoothed(trajectory, name)
-    label = f"mean over {style.quantity(interval, 's')}, peak {style.quantity(float(raw.max()), 'N')}"
+    peak, label = peak_force(trajectory, name), f"mean over {style.quantity(interval, 's')}"
+    peak_label = f", largest {style.quantity(peak, 'N')}" + " with friction" * (normal is not None)
     resolved = window is not None and window.resolved
-    top, alpha, width = (raw, 0.38, 0.7) if resolved else (raw, 1.0, 1.8)
+    top, colour, width = (raw, RAW, 0.7) if resolved else (raw, style.BLUE, 1.8)
     ends, abscissa = abscissa, middles(abscissa)
-    axes.plot(abscissa, raw * scale, color=style.BLUE, alpha=alpha, lw=width, label=label)
+    axes.plot(abscissa, raw * scale, color=colour, lw=width, label=label + peak_label * (window is None))
     if window:
         within = np.linalg.norm(window.force, axis=1) if normal is None else np.abs(window.force @ normal)
-        label = f"{window.window}, peak {style.quantity(float(within.max()), 'N')}"
+        label = window.window + peak_label
         width, dashes = (1.6, "-") if resolved else (1.0, "--")
         axes.plot(abscissa, within * scale, color=style.BLUE, lw=width, ls=dashes, label=label)
         top = within if resolved else raw
@@ -114,8 +124,10 @@ def force_axes(
         highest = max(highest, _reference_line(axes, trajectory.times, ends, shown) / scale)
     axes.set_ylim(0, 1.06 * highest * scale or 1.0)
     axes.set_ylabel(f"{'contact' if normal is None else 'normal'} force [{unit}]")
-    if raw.any():
-        axes.plot(abscissa[raw.argmax()], raw.max() * scale, "o", color=style.RED, ms=4, clip_on=False)
+    if peak > 0 and normal is None:
+        when = trajectory.quantities.get(f"{name}.peak_time", {"value": middles(times)[raw.argmax()]})["value"]
+        mark = float(np.interp(when, middles(times), abscissa))
+        axes.plot(mark, peak * scale, "o", color=style.RED, ms=4, clip_on=False)
     style.legend(axes)
 
 
@@ -130,10 +142,10 @@ def windowed(trajectory: Trajectory, name: str, reference: Curve) -> Curve:
     times = interval * np.arange(1, int(min(reference.times[-1], trajectory.times[-1]) / interval) + 1)
     force = np.interp(times, reference.times, reference.force)
     window = trajectory.quantities.get(f"{name}.force_window", {"value": 0.0})["value"]
-    return Curve(reference.label, times, _windowed(force[:, None], interval, max(window, interval))[:, 0])
+    return Curve(reference.label, times, windowed_mean(force[:, None], interval, max(window, interval))[:, 0])
 
 
-def _windowed(force: np.ndarray, interval: float, window: float) -> np.ndarray:
+def windowed_mean(force: np.ndarray, interval: float, window: float) -> np.ndarray:
     """Return the mean over a window of the mean over it [N] at the middles of samples, as `force_peak` has it, (s, k).
 
     Args:
@@ -200,13 +212,13 @@ def _stems(axes: Axes, impacts: np.ndarray, span: tuple[float, float]) -> None:
     shown, _ = style.time_unit(span[1] - span[0])
     scale, unit = style.prefixed(float(impacts[:, 2].max()), "N·s")
     starts, impulses = impacts[:, 0] * shown, impacts[:, 2] * scale
-    highest = impacts[impacts[:, 3].argmax()]
+    highest = impacts[impacts[:, WINDOWED].argmax()]
     label = f"impulse of {'each of ' * (len(impacts) > 1)}{impact_count(len(impacts))}"
     if len(impacts) > 1:
         label += f", total {style.quantity(float(impacts[:, 2].sum()), 'N·s')}"
-    elif highest[3] > 0:
+    elif highest[WINDOWED] > 0:
         length = style.quantity(float(highest[1] - highest[0]), "s")
-        label += f", force up to {style.quantity(float(highest[3]), 'N')} in {length}"
+        label += f", largest {style.quantity(float(highest[WINDOWED]), 'N')} in {length}"
     axes.vlines(starts, 0, impulses, color=style.RED, lw=1.4 if len(impacts) < 40 else 0.9)
     axes.plot(starts, impulses, "o", color=style.RED, ms=4.5 if len(impacts) < 40 else 3, label=label, clip_on=False)
     for k in spaced(impacts[:, 0], span):
@@ -215,7 +227,8 @@ def _stems(axes: Axes, impacts: np.ndarray, span: tuple[float, float]) -> None:
         at_border = starts[k] <= span[0] * shown
         axes.annotate(
             style.digits(float(impulses[k])), (starts[k], impulses[k]), xytext=(5 if at_border else 0, 6),
-            textcoords="offset points", ha="left" if at_border else "center", fontsize=8.5, color=style.RED,
+            textcoords="offset points", ha="left" if at_border else "center", fontsize=style.LEAST_TEXT,
+            color=style.RED,
         )  # fmt: skip
     axes.set_ylim(0, 1.2 * float(impulses.max()) or 1.0)
     axes.set_ylabel(f"impulse [{unit}]", color=style.RED)

@@ -7,6 +7,7 @@ window.
 import numpy as np
 
 from gudgeon.pipeline.errors import StageError
+from gudgeon.solver.contact.windows import mean_of_means
 
 UNIFORM_RTOL = 1e-6
 """Largest relative difference of sample intervals: round-off of their end times."""
@@ -40,6 +41,18 @@ def hann_filter(times: np.ndarray, force: np.ndarray, width: float) -> np.ndarra
         return np.array(force, float)
     weights = 1 + np.cos(2 * np.pi * interval / width * np.arange(-half, half + 1))
     return convolve1d(np.asarray(force, float), weights / weights.sum(), axis=0, mode="reflect")
+
+
+def windowed_peak(edges: np.ndarray, impulse: np.ndarray, window: float) -> float:
+    """Return the largest mean over a window of the mean force over it, as the quantity `force_peak` [N].
+
+    Args:
+        edges: Times between which the impulse is linear, constant before and after [s], (n,).
+        impulse: At these times, zero at the first [N s], (n, 3).
+        window: Width [s].
+    """
+    times = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
+    return float(np.linalg.norm(mean_of_means(edges, impulse, window, times), axis=1).max())
 
 
 def resample_mean(edges_times: np.ndarray, mean_force: np.ndarray, grid: np.ndarray) -> np.ndarray:

@@ -25,12 +25,16 @@ LEAST_POINTS = 4
 """Least number of points of a map."""
 SIDE = 600
 """Pixels along the longer side of a map."""
+MILLIMETRE = 0.5e-3
+"""Extent from which lengths are in mm [m]."""
 PLANE = 1e-6
 """Thickness over width of points on a plane."""
 SLIVER = 0.02
 """Least ratio of in- to circumradius (times two) of a triangle at the map's border."""
 OPEN, STICKS, SLIPS = range(3)
 """Of a point in a frame."""
+NEIGHBOURS = 7
+"""Points by which directions are taken to a chart."""
 SAME = 1e-6
 """Difference of a friction force from its limit, relative to it, that is round-off."""
 LEAST = 1e-9
@@ -131,6 +135,8 @@ class Map:
     """Its largest force."""
     states: np.ndarray | None
     """OPEN, STICKS or SLIPS of each point, (f, c); None where the record has no friction of points."""
+    friction: np.ndarray | None = None
+    """Force on the points along the axes of the chart at the largest force [N], (c, 2)."""
 
     @property
     def chart(self) -> Chart:
@@ -150,25 +156,33 @@ def chart(points: np.ndarray, surface: Surface | None, nodes: np.ndarray | None 
         middle = np.angle(np.exp(1j * angle).mean())
         # Counted from the middle, so that a sector across ±180° is not split.
         angle = middle + np.angle(np.exp(1j * (angle - middle)))
-        shown = np.column_stack([np.degrees(angle), height * 1e3])
-        metric, labels = np.column_stack([radius.mean() * angle, height]), ("angle [deg]", "height [mm]")
+        scale, unit = length_unit(height)
+        shown = np.column_stack([np.degrees(angle), height * scale])
+        metric, labels = np.column_stack([radius.mean() * angle, height]), ("angle [deg]", f"height [{unit}]")
     else:
         centre = points.mean(axis=0)
         _, sizes, axes = np.linalg.svd(points - centre, full_matrices=False)
-        labels = ("first principal direction [mm]", "second principal direction [mm]")
+        scale, unit = length_unit(points)
+        labels = (f"first principal direction [{unit}]", f"second principal direction [{unit}]")
         flat, normal = sizes[-1] < PLANE * sizes[0], np.abs(axes[-1]) > 1 - PLANE
         if flat and normal.any():
             # On a face at right angles to an axis of the part: its other two, from the part's own origin.
             axes, centre = np.eye(3)[~normal], np.zeros(3)
-            labels = tuple(f"{axis} of the part [mm]" for axis, across in zip("xyz", normal, strict=True) if not across)
+            labels = tuple(f"{axis} of the part [{unit}]" for axis, n in zip("xyz", normal, strict=True) if not n)
         metric = (points - centre) @ axes[:2].T
-        shown = metric * 1e3
+        shown = metric * scale
         if flat and surface is not None and nodes is not None and surface.facets.shape[1] >= FACET_WIDTH:
             corners, cells = np.unique(corner_triangles(surface.facets)[0], return_inverse=True)
             x, y = axes[:2] @ (nodes[corners] - centre).T
             filled = Triangulation(x, y, cells.reshape(-1, 3))
     spread = np.ptp(metric, axis=0)
     return Chart(shown, metric, labels, filled) if spread.min() > 1e-6 * spread.max() else None
+
+
+def length_unit(positions: np.ndarray) -> tuple[float, str]:
+    """Return factor and unit in which positions [m], (c, ...), are written: mm, or smaller where they extend less."""
+    extent = float(np.ptp(positions, axis=0).max())
+    return (1e3, "mm") if extent >= MILLIMETRE else style.prefixed(extent, "m")
 
 
 def on_an_edge(points: np.ndarray, normals: np.ndarray) -> bool:
@@ -213,6 +227,16 @@ def states_of(multipliers: np.ndarray, friction: np.ndarray, kinetic: float) -> 
     return np.where(multipliers > 0, np.where(slips, SLIPS, STICKS), OPEN)
 
 
+def on_chart(plane: Chart, points: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return vectors at points (c, 3) along the axes of a chart, (c, 2), by the map of the nearest points."""
+    count = min(NEIGHBOURS, len(points))
+    turned = np.zeros((len(points), 2))
+    for k, rows in enumerate(cKDTree(points).query(points, k=[*range(1, count + 1)])[1]):
+        to_chart = np.linalg.lstsq(points[rows] - points[k], plane.metric[rows] - plane.metric[k], rcond=1e-6)[0]
+        turned[k] = vectors[k] @ to_chart
+    return turned
+
+
 def kinetic_of(friction: Mapping[str, Any]) -> float:
     """Return the coefficient of kinetic friction of a contact of a scene."""
     kinetic = friction.get("kinetic")
@@ -250,4 +274,8 @@ def _map(drawing: Drawing, name: str) -> Map | None:
     pressure = np.where(cells.slivers, cells.mean(forces), forces / areas)
     if contact.friction is not None:
         states = states_of(forces, contact.friction, kinetic_of(drawing.scene["contact"][name]["friction"]))
-    return Map(name, body.name, raster(plane, SIDE), forces, pressure, cells, hardest=strongest, states=states)
+    friction = contact.friction
+    drawn = None if friction is None else on_chart(plane, contact.points, friction[strongest.frame])
+    return Map(
+        name, body.name, raster(plane, SIDE), forces, pressure, cells, hardest=strongest, states=states, friction=drawn
+    )

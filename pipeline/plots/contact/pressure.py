@@ -21,6 +21,8 @@ from gudgeon.solver.contact.pressure import pressure_peak
 
 LEFT, BETWEEN, WIDE = 0.08, 0.05, 0.79
 """Left border of the maps, distance between them, and width of all, of the figure's width."""
+MICRO = 1e-9
+"""Area below which it is written in µm² [m²]."""
 HEAD, FOOT, LOW, HIGH = 240, 130, 200, 830
 """Heights above and below the maps, and least and largest height of a map [px]."""
 
@@ -41,7 +43,12 @@ def peak_text(contact: Map, frame: int | None = None) -> str:
     units = ((" " + label.partition("[")[2].rstrip("]")).replace(" deg", "°") for label in contact.chart.labels)
     shown = zip(contact.chart.shown[peak.point], units, strict=True)
     position = ", ".join(style.signed(x, 1) + unit for x, unit in shown)
-    return f"largest mean {style.quantity(peak.pressure, 'Pa')} over {peak.area * 1e6:.3g} mm²\nat {position}"
+    return f"largest mean {style.quantity(peak.pressure, 'Pa')} over {_area(peak.area)}\nat {position}"
+
+
+def _area(area: float) -> str:
+    """Return an area [m²] as text, in mm² or of very small ones in µm²."""
+    return f"{area * 1e6:.3g} mm²" if area >= MICRO else f"{area * 1e12:.3g} µm²"
 
 
 def sliver_text(contact: Map) -> str:
@@ -92,7 +99,7 @@ def panels_of(subtitle: str, maps: Sequence[tuple[Raster, np.ndarray, str]]) -> 
     panels = [figure.add_axes((LEFT + (width + BETWEEN) * n, low, width, size)) for n in range(len(maps))]
     for axes, (pixels, values, title) in zip(panels, maps, strict=True):
         image = pixels.draw(axes, pixels.between(values * scale), cmap=colours(), vmin=0.0, vmax=top * scale)
-        axes.set_title(title, loc="left", fontsize=8.5 if len(maps) < 3 else 6.5, linespacing=1.5)
+        axes.set_title(title, loc="left", fontsize=style.LEAST_TEXT if len(maps) < 3 else 6.5, linespacing=1.5)
         if axes is panels[0]:
             axes.set_ylabel(pixels.chart.labels[1])
             style.colour_bar(figure, image, f"contact pressure [{unit}]", (0.892, low, 0.018, size))

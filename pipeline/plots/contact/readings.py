@@ -13,13 +13,12 @@ from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.contact_events import shade
 from gudgeon.pipeline.plots.contact.located import Touch, touches
 
-COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.GREY, "#8a5fb0", "#b08a2e")
 PANEL, MOST = 420, 6
 """Height of a further panel [px], and largest number of panels."""
 SHOWN = 3
 """Columns of a probe that are drawn: of force and moment the force."""
 NOTHING = 1e-9
-"""Share of the largest component of a gauge below which others are not drawn."""
+"""Share of the largest component of a gauge or a probe below which others are not drawn."""
 ROUND_OFF = 1e-12
 """Share of the largest value of all gauges of a unit below which a value is drawn as zero."""
 
@@ -58,6 +57,9 @@ def draw_probes(drawing: Drawing) -> None:
     readings = []
     for name, probe in [*drawing.trajectory.probes.items()][:MOST]:
         columns = dict(zip(probe.columns.split(", ")[:SHOWN], probe.values.T, strict=False))
+        threshold = NOTHING * max((float(np.nanmax(np.abs(c), initial=0.0)) for c in columns.values()), default=0.0)
+        acting = {label: c for label, c in columns.items() if np.nanmax(np.abs(c), initial=0.0) > threshold}
+        columns = acting or dict([*columns.items()][:1])
         readings.append(Reading(f"{name}: {probe.kind}", probe.unit.partition(",")[0], columns, None, peak=False))
     if readings and len(drawing.trajectory.times):
         style.draw(drawing.file("probes.png"), _figure, drawing, "Probe", readings)
@@ -108,14 +110,14 @@ def _panel(axes: Axes, times: np.ndarray, reading: Reading) -> None:
     largest = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 0.0
     scale, unit = (1e6, "µm/m") if reading.unit == "1" else style.prefixed(largest, reading.unit)
     for k, (label, column) in enumerate(reading.columns.items()):
-        colour = style.INK if label == "von Mises" else COLOURS[k % len(COLOURS)]
+        colour = style.INK if label == "von Mises" else style.COLOURS[k % len(style.COLOURS)]
         axes.plot(times, column * scale, color=colour, lw=1.3, label=label)
     axes.axhline(0, color=style.FAINT, lw=0.7)
     axes.set_ylabel(f"{reading.label} [{unit}]")
     if reading.peak:
         style.include_zero(axes, values * scale, 0.14)
         _mark_peak(axes, times, values * scale, unit)
-    if values.shape[1] > 1:
+    if values.shape[1] > 1 or [*reading.columns] != [reading.label]:
         axes.legend(ncols=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.4, columnspacing=1.2)
 
 

@@ -15,6 +15,8 @@ from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.maps import OPEN, SLIPS, STICKS, Map, Raster, maps_of
 
+ARROWS = 60
+"""Most directions of slip that are drawn."""
 SHADES = (style.GROUND, style.BLUE, style.ORANGE)
 SHARES = LinearSegmentedColormap.from_list("shares", [style.BLUE, style.GROUND, style.ORANGE])
 
@@ -45,6 +47,18 @@ def legend(axes: Axes, height: float) -> None:
     axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, height), ncols=3, borderaxespad=0.0)
 
 
+def _directions(axes: Axes, contact: Map, slides: np.ndarray) -> None:
+    """Draw the direction of slip at points of a map, against the friction on them, of one length on the page."""
+    assert contact.friction is not None
+    chart, sizes = contact.chart, np.linalg.norm(contact.friction, axis=1)
+    shown = np.flatnonzero(slides & (sizes > 0))
+    shown = shown[np.unique(np.linspace(0, len(shown) - 1, ARROWS).astype(int))] if len(shown) else shown
+    ahead = -contact.friction[shown] / sizes[shown, None]
+    x, y = chart.shown[shown].T
+    look = {"angles": "uv", "scale": 22.0, "width": 0.006, "pivot": "mid", "color": style.INK}
+    axes.quiver(x, y, *ahead.T, **look)
+
+
 def _picture(drawing: Drawing, contact: Map, states: np.ndarray) -> Figure:
     """Draw the states at the largest force, and the share of the frames in contact in which each point slips."""
     at_peak, closed = states[contact.hardest.frame], states != OPEN
@@ -52,18 +66,23 @@ def _picture(drawing: Drawing, contact: Map, states: np.ndarray) -> Figure:
     figure = style.new_figure("Slip and stick", subtitle)
     panels = [figure.add_axes((x, 0.2, 0.38, 0.56)) for x in (0.08, 0.5)]
     state_map(panels[0], contact.pixels, at_peak)
+    slides = at_peak == SLIPS
+    if contact.friction is not None:
+        _directions(panels[0], contact, slides)
     panels[0].set_ylabel(contact.chart.labels[1])
     legend(panels[0], -0.2)
     touches = closed.any(axis=0)
+    slipping = (states == SLIPS).sum() / max(closed.sum(), 1)
     fraction = np.where(touches, (states == SLIPS).sum(axis=0) / np.maximum(closed.sum(axis=0), 1), np.nan)
     image = contact.pixels.draw(panels[1], contact.pixels.of_nearest(fraction), cmap=SHARES, vmin=0.0, vmax=1.0)
     panels[1].set_yticklabels([])
     titles = (
-        f"{style.moment_text(contact.hardest, drawing.trajectory)}\n{counts_text(at_peak)}",
-        "share of the frames in contact in which a point slips\n"
+        f"{style.moment_text(contact.hardest, drawing.trajectory)}\n{counts_text(at_peak)}\n"
+        f"arrows: direction in which the body's points slip",
+        f"share of the frames in contact in which a point slips\nmean of all points {slipping:.0%}\n"
         f"{np.count_nonzero(touches)} of {len(touches)} points touch in some frame",
     )
     for axes, title in zip(panels, titles, strict=True):
-        axes.set_title(title, loc="left", fontsize=8.5, linespacing=1.5)
+        axes.set_title(title, loc="left", fontsize=style.LEAST_TEXT, linespacing=1.5)
     style.colour_bar(figure, image, "share of frames", (0.9, 0.2, 0.018, 0.56))
     return figure

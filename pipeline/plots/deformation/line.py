@@ -34,8 +34,8 @@ class LineMap:
 
 
 def draw_waves(drawing: Drawing) -> None:
-    """Draw one picture for each bar or beam under contact forces."""
-    for body in drawing.shaped(drawing.struck_lines()):
+    """Draw one picture for each bar or beam that deforms."""
+    for body in drawing.shaped(drawing.deformed(1)):
         if body.mesh.volumes:  # A frame has no one axis.
             continue
         line_map = _strain_map(body) if cell_of(body.mesh).axial else _deflection_map(body)
@@ -85,7 +85,8 @@ def _diagram(drawing: Drawing, body: BodyMotion, line_map: LineMap) -> Figure:
         f" {len(body.modal.angular_frequencies)} modes"
     )
     figure = style.new_figure(line_map.title, subtitle)
-    axes = figure.add_axes((0.095, 0.11, 0.52, 0.72))
+    touched = drawing.touched(body.name)
+    axes = figure.add_axes((0.095, 0.11, 0.52 if touched else 0.75, 0.72))
     top = line_map.top * line_map.factor
     image = axes.pcolormesh(
         line_map.position * length, trajectory.frame_times * shown, line_map.values * line_map.factor,
@@ -93,9 +94,9 @@ def _diagram(drawing: Drawing, body: BodyMotion, line_map: LineMap) -> Figure:
     )  # fmt: skip
     style.plain_axes(axes)
     axes.set(xlabel=f"position [{length_unit}]", ylabel=f"time [{time_name}]")
-    beside = figure.add_axes((0.655, 0.11, 0.19, 0.72), sharey=axes)
-    _force_beside(beside, drawing, body, shown)
-    beside.set_ylim(0, trajectory.times[-1] * shown)
+    axes.set_ylim(0, trajectory.times[-1] * shown)
+    if touched:
+        _force_beside(figure.add_axes((0.655, 0.11, 0.19, 0.72), sharey=axes), drawing, body, shown)
     beyond = np.abs(line_map.values).max() > line_map.top * (1 + 1e-9)
     box = (0.885, 0.11, 0.018, 0.72)
     style.colour_bar(figure, image, line_map.label, box, "both" if beyond else "neither")

@@ -127,7 +127,7 @@ def _line(body: BodyMotion) -> Callable[[Axes, int], None]:
         axes.plot(position[order], values[order], color=style.BLUE, lw=1.8)
         axes.axhline(0.0, color=style.FAINT, lw=0.7)
         axes.set_ylim(-1.1 * float(np.abs(values).max()), 1.1 * float(np.abs(values).max()))
-        axes.set_xlabel(label, fontsize=8, color=style.FAINT)
+        axes.set_title(label, loc="right", fontsize=style.LEAST_TEXT, color=style.FAINT)
 
     return draw
 

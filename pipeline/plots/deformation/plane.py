@@ -22,9 +22,9 @@ ARROW = 0.14
 
 def draw_sheets(drawing: Drawing) -> None:
     """Draw the deformation of each plane part with contact, and its stress where a gauge records it."""
-    names, count = drawing.touched(2), drawing.deformed_count()
+    names, count = drawing.deformed(2), drawing.deformed_count()
     for body in (_in_its_plane(drawing, sheet) for sheet in drawing.shaped(names)):
-        frame = drawing.hardest(body.name).frame
+        frame = drawing.shown_frame(body)
         magnitude = np.linalg.norm(body.elastic(frame), axis=1)
         file = drawing.file("deformation.png", body.name, count)
         style.draw(file, _picture, drawing, body, magnitude, DISPLACEMENT)
@@ -46,11 +46,11 @@ def _in_its_plane(drawing: Drawing, body: BodyMotion) -> BodyMotion:
 
 def _picture(drawing: Drawing, body: BodyMotion, values: np.ndarray, text: Colouring) -> Figure:
     """Return a part coloured by values (n,)."""
-    frame = drawing.hardest(body.name).frame
+    frame = drawing.shown_frame(body)
     elastic, size = body.elastic(frame)[:, :2], body.size
     scale = style.nice_scale(style.SHOWN * size, float(np.linalg.norm(elastic, axis=1).max()))
     positions = body.nodes[:, :2] + scale * elastic
-    subtitle = hardest_text(drawing, body.name, text.missing)
+    subtitle = hardest_text(drawing, body, text.missing)
     extent = np.ptp(positions, axis=0) + 2 * ARROW * size
     height = int(np.clip(0.8 * style.WIDTH * extent[1] / extent[0] + 300, 700, style.HEIGHT))
     figure = style.new_figure(f"{text.title} × {style.magnified(scale)}", subtitle, height=height)

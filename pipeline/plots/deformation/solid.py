@@ -15,8 +15,9 @@ from PIL.Image import Image
 from gudgeon.pipeline.plots.base import style, view
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.stress import equivalent_stress, stress_gauges
-from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, skin_of
+from gudgeon.pipeline.plots.base.surface import EMPTY, Skin, Thread, skin_of
 from gudgeon.pipeline.plots.deformation.equivalent import DISPLACEMENT, Colouring, hardest_text, stress_text
+from gudgeon.pipeline.plots.deformation.landing import fitting_scale
 from gudgeon.pipeline.plots.deformation.obstacle import WALL, touching
 
 TRIANGLES = 100_000
@@ -27,6 +28,8 @@ ROUND_OFF = 1e-9
 """Error of weights that add up to one."""
 EVEN = 0.95
 """The camera looks from above if the upper end has at least this share of the lower end's deformation."""
+AZIMUTH = 38.0
+"""Angle of the camera from the side in contact, about the direction drawn upwards [deg]."""
 ARROW = 0.3
 """Length of the force arrow, relative to the body's diagonal."""
 FAINT = 0.45
@@ -39,7 +42,7 @@ class Moment:
 
     body: BodyMotion
     """On the points of the skin."""
-    skin: Skin
+    skin: Skin | Thread
     frame: int
     middle: np.ndarray
     """Point of action of the resultant on the body: mean of the contact points, weighted by force [m], (3,)."""
@@ -47,12 +50,12 @@ class Moment:
     """Unit vector towards the side in contact, against the force, (3,)."""
     up: np.ndarray
     contact: str
-    """Name of the contact with that force."""
+    """Name of the contact with that force; empty where nothing touches."""
 
 
 def draw_deformation(drawing: Drawing) -> None:
-    """Draw one picture for each solid body on which a contact acts."""
-    for body in drawing.shaped(drawing.touched(3)):
+    """Draw one picture for each solid body that deforms."""
+    for body in drawing.shaped(drawing.deformed(3)):
         moment = strongest_moment(drawing, body, TRIANGLES)
         magnitude = np.linalg.norm(moment.body.elastic(moment.frame), axis=1)
         file = drawing.file("deformation.png", body.name, drawing.deformed_count())
@@ -60,10 +63,10 @@ def draw_deformation(drawing: Drawing) -> None:
 
 
 def draw_stress(drawing: Drawing) -> None:
-    """Draw one picture for each solid body with contact and a gauge of stress on a surface."""
-    gauged = [body for body in drawing.shaped(drawing.touched(3)) if stress_gauges(drawing, body)]
+    """Draw one picture for each solid body with a gauge of stress on a surface."""
+    gauged = [body for body in drawing.shaped(drawing.deformed(3)) if stress_gauges(drawing, body)]
     for body in gauged:
-        stress = equivalent_stress(drawing, body, drawing.hardest(body.name).frame)
+        stress = equivalent_stress(drawing, body, drawing.shown_frame(body))
         fields = {"stress": np.nan_to_num(stress), "known": np.isfinite(stress).astype(float)}
         moment = strongest_moment(drawing, body, TRIANGLES, fields)
         values = values_where_known(moment.skin)
@@ -84,14 +87,17 @@ def values_where_known(skin: Skin) -> np.ndarray:
 def strongest_moment(
     drawing: Drawing, body: BodyMotion, triangles: int, fields: Mapping[str, np.ndarray] = EMPTY
 ) -> Moment:
-    """Return a body as a skin of so many triangles, at the frame of its largest contact force."""
+    """Return a body as a skin of so many triangles, at the frame that pictures show."""
     return moment_of(drawing, body, *skin_of(body, triangles, fields))
 
 
-def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Skin) -> Moment:
-    """Return a body with its skin, and the body's motion there, at the frame of its largest contact force."""
-    strongest, presses = drawing.hardest(body.name), drawing.presses(body.name)
-    frame = strongest.frame
+def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Skin | Thread) -> Moment:
+    """Return a body with its skin, and the body's motion there, at the frame that pictures show."""
+    strongest, presses, frame = drawing.hardest(body.name), drawing.presses(body.name), drawing.shown_frame(body)
+    if strongest is None:
+        elastic = body.elastic(frame)
+        outward = broad_side(body.nodes + style.SHOWN * body.size / (np.abs(elastic).max() or 1.0) * elastic)
+        return Moment(skinned, skin, frame, body.nodes.mean(axis=0), outward, view.axis_of(None, outward), contact="")
     points = np.concatenate([press.points for press in presses.values()])
     weights = np.concatenate([press.multipliers[frame] for press in presses.values()])
     normals = np.concatenate([press.outward for press in presses.values()])
@@ -112,18 +118,22 @@ def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: Colouri
     size, elastic = moment.body.size, moment.body.elastic(moment.frame)
     magnitude = np.linalg.norm(elastic, axis=1)
     scale = style.nice_scale(style.SHOWN * size, float(magnitude.max()))
+    scale = fitting_scale(drawing, moment.body, moment.frame, scale)
     nearest = int(np.linalg.norm(moment.body.nodes - moment.middle, axis=1).argmin())
     shift = scale * (elastic[nearest] @ moment.outward) * moment.outward
-    wall = touching(drawing, moment.contact, moment.body.nodes, moment.middle, shift, TRIANGLES)
-    angle = elevation(moment.body.nodes, moment.up, magnitude)
-    seen = view.looking(moment.outward, moment.up, 38.0, angle)
+    wall = None
+    if moment.contact:
+        wall = touching(drawing, moment.contact, moment.body.nodes, moment.middle, shift, TRIANGLES)
+    seen = _side(drawing, moment, magnitude)
     image = _render(moment, scale * elastic, values / (largest or 1.0), seen, wall)
-    subtitle = hardest_text(drawing, moment.body.name, text.missing)
+    subtitle = hardest_text(drawing, moment.body, text.missing)
     figure = style.new_figure(f"{text.title} × {style.magnified(scale)}", subtitle)
     style.show_image(figure, image, (0.02, 0.06))
     style.magnitude_bar(figure, largest, text.name, text.unit, style.BAR)
     view.draw_triad(figure, seen)
-    labels = [(style.RED, 3, "contact force on the body"), (style.GREY, 1.6, "undeformed edges")]
+    labels = [(style.GREY, 1.6, "undeformed edges")]
+    if moment.contact:
+        labels.insert(0, (style.RED, 3, "contact force on the body"))
     style.legend_below(figure, *labels, *([] if wall is None else [(WALL, 7, "obstacle, at the deformed body")]))
     return figure
 
@@ -139,16 +149,36 @@ def _render(
     skin.colour(values)
     view.add_skin(plotter, skin, style.MAGNITUDE, (0.0, 1.0), 3.0)
     view.add_edges(plotter, undeformed, style.GREY, 4.0)
-    tip = moment.middle + 0.02 * body.size * moment.outward
-    tail = tip + ARROW * body.size * moment.outward
-    view.add_arrow(plotter, tail, tip)
-    shown = [skin.points, tail[None]]
+    shown = [skin.points]
+    if moment.contact:
+        tip = moment.middle + 0.02 * body.size * moment.outward
+        tail = tip + ARROW * body.size * moment.outward
+        view.add_arrow(plotter, tail, tip)
+        shown.append(tail[None])
     if wall is not None:
         plotter.add_mesh(wall, color=WALL, opacity=FAINT, lighting=False)
         view.add_edges(plotter, wall.extract_feature_edges(manifold_edges=False), style.FAINT, 2.0)
         shown.append(np.asarray(wall.points))
     view.aim(plotter, seen, np.concatenate(shown))
     return view.photograph(plotter, style.IMAGE, last=True)
+
+
+def _side(drawing: Drawing, moment: Moment, magnitude: np.ndarray) -> view.View:
+    """Return the side from which most of the contact is seen; of those alike, the one of the end that deforms more."""
+    angle = elevation(moment.body.nodes, moment.up, magnitude)
+    sides = [view.looking(moment.outward, moment.up, AZIMUTH, e) for e in (angle, -angle)]
+    if not moment.contact:
+        return sides[0]
+    press = drawing.presses(moment.body.name)[moment.contact]
+    loaded = press.multipliers[moment.frame] > 0
+    shares = view.shares_seen(press.points[loaded], press.outward[loaded], [moment.skin.surface], sides)
+    return sides[view.largest_alike(shares)]
+
+
+def broad_side(nodes: np.ndarray) -> np.ndarray:
+    """Return the direction along which nodes (n, 3) extend least, (3,)."""
+    direction = np.linalg.svd(nodes - nodes.mean(axis=0), full_matrices=False)[2][-1]
+    return direction * np.sign(direction[np.abs(direction).argmax()])
 
 
 def elevation(nodes: np.ndarray, up: np.ndarray, magnitude: np.ndarray) -> float:

@@ -18,6 +18,7 @@ from gudgeon.pipeline.plots.base.hardest import Hardest, hardest
 from gudgeon.pipeline.plots.base.run import BodyMotion, Drawing
 from gudgeon.pipeline.plots.base.surface import Cut, Skin, make_skin, skin_of
 from gudgeon.pipeline.plots.contact.drive import Drive, drive_of, frame_degrees, own_cycle, shown_angle
+from gudgeon.pipeline.plots.contact.force_axes import middles, windowed_force
 from gudgeon.solver.vectors import length_across
 
 IMAGE = (1180, 1020)
@@ -169,7 +170,7 @@ def _picture(drawing: Drawing, assembly: Assembly, strongest: Hardest) -> Figure
     title = f"Deformation, lateral motion, tilt and gaps × {style.magnified(assembly.scale)}"
     figure = style.new_figure(title, subtitle)
     tops = {name: float(member.moved(frame, drive.along, 0.0)[1].max()) for name, member in assembly.parts.items()}
-    figure.text(0.02, 0.012, style.CAPPED, fontsize=9.5, color=style.FAINT)
+    figure.text(0.02, 0.018, style.CAPPED, fontsize=9.5, color=style.FAINT)
     image, forces = _render(drawing, assembly, frame, tops)
     axes = style.show_image(figure, image, (0.02, 0.02))
     for x, y, text in forces:
@@ -205,7 +206,7 @@ def arrows(drawing: Drawing, assembly: Assembly, frame: int) -> list[tuple[np.nd
     largest = max(float(drawing.frame_force(drive.body).max()), 1e-300)
     outside = max(float(np.abs(member.still @ drive.right).max()) for member in assembly.parts.values())
     position = drawing.position(drive.body)
-    forces = []
+    forces, trajectory = [], drawing.trajectory
     for name, contact in drawing.contacts_of(drive.body).items():
         weights = contact.multipliers[frame]
         force = weights @ driven.modal.interfaces[contact.interface].normals
@@ -218,6 +219,8 @@ def arrows(drawing: Drawing, assembly: Assembly, frame: int) -> list[tuple[np.nd
         tip = 1.06 * outside * side + (point @ drive.along) * drive.along
         length = (LEAST_LENGTH + (1 - LEAST_LENGTH) * ratio) * ARROW * assembly.size
         strongest = hardest(drawing.trajectory, [name])
-        shown = strongest.force if strongest is not None and strongest.frame == frame else size
+        windowed = np.linalg.norm(windowed_force(trajectory, name)[0], axis=1)
+        within = float(np.interp(trajectory.frame_times[frame], middles(trajectory.times), windowed))
+        shown = strongest.force if strongest is not None and strongest.frame == frame else within
         forces.append((tip + length * side, tip, f"{name}\n{style.quantity(shown, 'N')}"))
     return forces

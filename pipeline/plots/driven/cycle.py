@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from gudgeon.pipeline.plots.base import style
+from gudgeon.pipeline.plots.base.hardest import peak_force
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.drive import Cycle, crank_axis, cycles, gas_pressure, shown_angle
-from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 
 STYLES = (
     (style.BLUE, "-"), (style.ORANGE, (0, (5, 1.5))), (style.GREEN, (0, (1.5, 1))),
@@ -56,10 +56,7 @@ def _picture(drawing: Drawing) -> Figure:
     joint = drawing.scene.get("joint", {}).get(drive.joint, {})
     speed = f"{joint['speed']:g} rev/min  ·  " if "speed" in joint else ""
     to = next((name for name, curve in runs[0].sides.items() if curve.sum() > 0), "the right")
-    subtitle = (
-        f"{drawing.scene_name}  ·  {speed}Hann window of {WINDOW * 1e6:.0f} µs"
-        f"  ·  positive: upper end tilts, centre shifts to {to}"
-    )
+    subtitle = f"{drawing.scene_name}  ·  {speed}{runs[0].window}  ·  positive: towards {to}"
     figure = style.new_figure("Side force and motion over the cycle", subtitle)
     top = 1 - (185 + 42 * rows) / style.HEIGHT
     cycle_span = runs[0].span
@@ -68,7 +65,7 @@ def _picture(drawing: Drawing) -> Figure:
         axes.axvspan(*enlarged, color=style.ORANGE, alpha=0.09, lw=0)
     beside = draw_panels(drawing, figure, runs, (float(enlarged[0]), float(enlarged[1])), (SIDES[1], top))
     title = "largest contact force, enlarged" if runs[0].sides else "enlarged"
-    beside[0].set_title(title, loc="right", fontsize=8.5, color=style.FAINT)
+    beside[0].set_title(title, loc="right", fontsize=style.LEAST_TEXT, color=style.FAINT)
     styles = [*zip(runs, cycle(STYLES), strict=False)]
     figure.legend(
         [Line2D([], [], color=colour, ls=dashes, lw=1.6) for _, (colour, dashes) in styles],
@@ -145,7 +142,7 @@ def _draw_gas(drawing: Drawing, axes: Axes, run: Cycle, *, label: bool) -> None:
         axes.text(0.012, s=f"{'↑' if upper else '↓'} {name}", transform=axes.transAxes, fontsize=9, **corner)
     if pressure is not None:
         text = f"grey: gas pressure, peak {style.quantity(float(pressure.max()), 'Pa')}"
-        axes.set_title(text, loc="right", fontsize=8.5, color=style.FAINT)
+        axes.set_title(text, loc="right", fontsize=style.LEAST_TEXT, color=style.FAINT)
 
 
 def hardest_angle(run: Cycle) -> float:
@@ -159,7 +156,7 @@ def _label(run: Cycle) -> str:
     """Return a run's name with its largest force."""
     if not run.sides:
         return run.label
-    peaks = {name: float(np.abs(curve).max()) for name, curve in run.sides.items()}
+    peaks = {name: peak_force(run.trajectory, name) for name in run.sides}
     name = max(peaks, key=lambda key: peaks[key])
     angle = shown_angle(hardest_angle(run), 1)
     return f"{run.label}: {style.quantity(peaks[name], 'N')} on {name} at {angle}°"

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from gudgeon.pipeline.plots.base import film, style, view
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.drive import Cycle, drive_of, frame_degrees, own_cycle, shown_angle
-from gudgeon.pipeline.plots.contact.force_axes import WINDOW
 from gudgeon.pipeline.plots.driven.assembly import Assembly, arrows, assemble
 from gudgeon.pipeline.plots.driven.cycle import draw_panels
 
@@ -85,5 +84,5 @@ def _ground(drawing: Drawing, assembly: Assembly, run: Cycle, tops: dict[str, fl
         box, colours = (0.03 + 0.26 * k, 0.072, 0.22, 0.018), assembly.parts[name].colours
         style.magnitude_bar(figure, top, f"{name}: elastic, across", "m", box, colours=colours, exceeded=True)
     panels = draw_panels(drawing, figure, [run], run.span, WHERE)
-    panels[-1].set_xlabel(f"crank angle [deg]  ·  Hann window of {WINDOW * 1e6:.0f} µs")
+    panels[-1].set_xlabel(f"crank angle [deg]  ·  {run.window}")
     return figure, panels

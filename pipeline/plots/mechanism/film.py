@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from PIL import Image, ImageDraw
 
 from gudgeon.pipeline.plots.base import film, style
+from gudgeon.pipeline.plots.base.pace import at_times, closed_spans, pace_of
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.deformation.obstacle import WALL, faces
 from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
@@ -64,10 +65,14 @@ class View:
 
 def draw_film(drawing: Drawing) -> None:
     """Make the film of a mechanism."""
-    times = drawing.trajectory.frame_times
-    if len(times) < LEAST or not len(drawing.trajectory.times):
+    trajectory = drawing.trajectory
+    if len(trajectory.frame_times) < LEAST or not len(trajectory.times):
         return
-    frames = film.evenly(len(times), FRAMES)
+    touching = closed_spans(trajectory, trajectory.contacts)
+    ends = float(trajectory.frame_times[0]), float(trajectory.frame_times[-1])
+    pace = pace_of(ends, touching, min(FRAMES, 2 * len(trajectory.frame_times)))
+    drawing = at_times(drawing, pace.times)
+    times, frames = pace.times, np.arange(len(pace.times))
     bodies = shown_bodies(drawing, frames)
     largest = max((float(body.bent.max(initial=0.0)) for body in bodies), default=0.0)
     arrows, walls = _arrows(drawing, times[frames], bodies), _walls(drawing, bodies)
@@ -78,7 +83,7 @@ def draw_film(drawing: Drawing) -> None:
     def turn_to(frame: int) -> film.Shot:
         time = float(times[frame])
         picture = _bodies_at((row[frame], time), bodies, arrows, view, largest=largest, walls=walls)
-        return film.Shot(time * scale, f"{style.digits(time * scale)} {unit}", picture)
+        return film.Shot(time * scale, f"{pace.text(frame)}{style.digits(time * scale)} {unit}", picture)
 
     with style.styled(), drawing.file("mechanism.mp4") as path:
         figure, axes = _ground(drawing, largest, bool(arrows), bool(walls))

@@ -56,6 +56,6 @@ def _around(axes: Axes, sections: Any, unit: str, label: str, *, per: str = "") 
         turn = np.linspace(0, 2 * np.pi, len(values) + 1)
         axes.plot(turn, factor * np.append(values, values[0]), color=colour, lw=1.2)
     axes.set_xlabel(f"{label} [{shown}{per}]")
-    axes.tick_params(labelsize=8)
+    axes.tick_params(labelsize=style.LEAST_TEXT)
     axes.set_rlabel_position(90)  # type: ignore[attr-defined]
     axes.yaxis.set_major_locator(MaxNLocator(3))

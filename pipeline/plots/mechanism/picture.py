@@ -1,6 +1,10 @@
-"""`mechanism.png`: the bodies of a mechanism at some times, with the paths of their points, angles and reactions."""
+"""`mechanism.png`: the bodies of a mechanism at some times, with the paths of their points, angles and reactions.
 
-from typing import Any
+Reactions of elastic mechanisms ring; they are drawn within a window of the ringing's period, as it is in grey.
+"""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,6 +12,7 @@ from matplotlib.figure import Figure
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
+from gudgeon.pipeline.plots.contact.force_axes import RAW, windowed_mean
 from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 
 SHOWN, MOST = 5, 8
@@ -16,6 +21,13 @@ LINES = "bodies as lines between joints, contacts, springs and centres"
 FLAT = 1e-3
 """Extent of a mechanism across a plane over its own, below which it is drawn in the plane."""
 NAMES = ("x", "y", "z")
+ROW = 260
+"""Height of the panel of a joint [px]."""
+FAST, RINGS = 5.0, 0.02
+"""Frequencies above so many turns of the fastest body are ringing, where they have more than this share of the power of
+a force's variation."""
+CLOSE = 0.012
+"""Distance of the name of a body from its line, of the extent drawn."""
 THIN, TICKS, ZOOM, PAD = 0.2, 5, 1.15, 10.0
 """Least width of an axis in space over the longest, ticks along the longest, size over that of matplotlib, and room
 between ticks and the axis' name [points]."""
@@ -31,17 +43,33 @@ def _figure(drawing: Drawing) -> Figure:
     bodies, trajectory = moving_bodies(drawing), drawing.trajectory
     end = float(trajectory.times[-1])
     factor, unit = style.time_unit(end)
+    reactions = [*reactions_of(drawing)]
     subtitle = f"{drawing.scene_name}  ·  {SHOWN} positions from the start, light, to {end * factor:.4g} {unit}, dark; "
     subtitle += LINES
-    figure = style.new_figure("Motion of the bodies", subtitle, height=1900)
-    grid = figure.add_gridspec(3, 1, height_ratios=[2.2, 1.0, 1.0], left=0.1, right=0.965, bottom=0.06, top=0.92,
-                               hspace=0.36)  # fmt: skip
+    height = 1600 + ROW * max(len(reactions), 1)
+    figure = style.new_figure("Motion of the bodies", subtitle, height=height)
+    sizes = [2.6 * 300, 300, *(ROW for _ in reactions)]
+    grid = figure.add_gridspec(
+        len(sizes), 1, height_ratios=sizes, left=0.1, right=0.965, bottom=110 / height, top=1 - 190 / height, hspace=0.5
+    )
     _bodies(figure, grid[0], bodies, drawing)
     abscissa = style.over_time(trajectory.times, (0.0, end))
-    panels = [figure.add_subplot(grid[1]), figure.add_subplot(grid[2])]
+    panels = [figure.add_subplot(grid[k + 1]) for k in range(1 + len(reactions))]
     _angles(panels[0], abscissa.values, drawing)
-    draw_reactions(panels[1], abscissa.values, drawing)
+    for axes, reaction in zip(panels[1:], reactions, strict=True):
+        scale, newtons = style.prefixed(float(reaction.force.max()), "N")
+        if reaction.window:
+            axes.plot(abscissa.values, reaction.force * scale, color=RAW, lw=0.7, label="as it is")
+            label = f"mean over {style.quantity(reaction.window, 's')}, twice"
+            axes.plot(abscissa.values, reaction.smooth * scale, color=style.BLUE, lw=1.5, label=label)
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+        else:
+            axes.plot(abscissa.values, reaction.force * scale, color=style.BLUE, lw=1.2)
+        axes.set_title(reaction.name, loc="left", fontsize=9.5, fontweight="bold")
+        axes.set_ylabel(f"force [{newtons}]")
+        axes.set_ylim(bottom=0.0)
     abscissa.finish(panels)
+    figure.align_ylabels(panels)
     return figure
 
 
@@ -53,28 +81,26 @@ def _bodies(figure: Figure, cell, bodies: list[Moving], drawing: Drawing) -> Non
     flat = len(shown) == 2
     axes = figure.add_subplot(cell) if flat else figure.add_subplot(cell, projection="3d")
     samples = np.unique(np.linspace(0, len(every[0]) - 1, SHOWN).astype(int))
+    # One factor for all axes, which have one scale.
+    factor, length = style.prefixed(float(np.ptp(cloud, axis=0).max()), "m")
+    cloud, every = factor * cloud, [factor * item for item in every]
     for body in bodies:
         _, path = body.course(drawing.trajectory.times)
         for point in range(path.shape[1]):
-            axes.plot(*path[:, point, shown].T, color=style.GREY, lw=0.8, zorder=1)
+            axes.plot(*factor * path[:, point, shown].T, color=style.GREY, lw=0.8, zorder=1)
     for k, sample in enumerate(samples):
         shade = 0.25 + 0.75 * k / max(1, len(samples) - 1)
         for body, path in zip(bodies, every, strict=True):
             points = path[sample, :, shown].T if flat else path[sample]
-            ends, centre = points[:-1], points[-1]
-            for item in ends if len(ends) != 2 else ():
-                axes.plot(*np.array([item, centre]).T, color=style.BLUE, lw=1.6, alpha=shade)
-            if len(ends) == 2:
-                axes.plot(*ends.T, color=style.BLUE, lw=1.6, alpha=shade)
-            axes.plot(*ends.T, "o", color=style.ORANGE, ms=3.5, alpha=shade)
+            _body_lines(axes, points, shade)
             if k == len(samples) - 1:
-                axes.text(*centre, f" {body.name}", fontsize=7.5, color=style.FAINT)  # type: ignore[call-arg]
-    labels = [f"{NAMES[int(item)]} [m]" for item in shown]
+                _name(axes, body.name, points[-1], points[:-1], CLOSE * float(np.ptp(cloud, axis=0).max()))
+    labels = [f"{NAMES[int(item)]} [{length}]" for item in shown]
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
     if flat:
         axes.set_aspect("equal", adjustable="datalim")
-        _obstacles(axes, drawing, cloud[:, shown], shown)
+        _obstacles(axes, drawing, cloud[:, shown], shown, factor)
     else:
         axes.set_zlabel(labels[2])  # type: ignore[attr-defined]
         _same_scale(axes, cloud)
@@ -98,12 +124,32 @@ def plane_of(every: list[np.ndarray]) -> np.ndarray:
     return np.delete(np.arange(3), int(extent.argmin())) if flat else np.arange(3)
 
 
-def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarray) -> None:
+def _body_lines(axes: Axes, points: np.ndarray, shade: float) -> None:
+    """Draw a body at one time as lines between its points, the last of which is its centre, (k, 2) or (k, 3)."""
+    ends, centre = points[:-1], points[-1]
+    lines = [ends] if len(ends) == 2 else [np.array([end, centre]) for end in ends]
+    for line in lines:
+        axes.plot(*line.T, color=style.BLUE, lw=1.6, alpha=shade)
+    axes.plot(*ends.T, "o", color=style.ORANGE, ms=3.5, alpha=shade)
+
+
+def _name(axes: Axes, name: str, centre: np.ndarray, ends: np.ndarray, distance: float) -> None:
+    """Write the name of a body beside its line, across it, on white."""
+    along = ends[-1] - ends[0] if len(ends) > 1 else np.zeros(len(centre))
+    across = np.array([-along[1], along[0], *along[2:] * 0]) if np.any(along[:2]) else np.eye(len(centre))[-1]
+    across = across / np.linalg.norm(across) * (1.0 if across[1] >= 0 else -1.0)
+    ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+    look = {"fontsize": style.LEAST_TEXT, "color": style.FAINT, "ha": "center", "va": "bottom", "bbox": ground}
+    axes.text(*(centre + distance * across), name, **look)  # type: ignore[call-arg]
+
+
+def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarray, factor: float) -> None:
     """Draw obstacles that stand upright on the plane of drawing: planes as lines with their inside hatched, bores.
 
     Args:
-        cloud: Points of all bodies at all times in the plane [m], (n, 2).
+        cloud: Points of all bodies at all times in the plane, in the unit of the axes, (n, 2).
         shown: Its two axes.
+        factor: From metres to that unit.
     """
     size = float(np.ptp(cloud, axis=0).max())
     hidden = 3 - int(shown.sum())
@@ -114,7 +160,7 @@ def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarra
             normal = normal / np.linalg.norm(normal)
             if abs(normal[hidden]) > FLAT:
                 continue
-            across, point = normal[shown], np.asarray(against["point"], float)[shown]
+            across, point = normal[shown], factor * np.asarray(against["point"], float)[shown]
             along = np.array([-across[1], across[0]])
             distances = (cloud - point) @ along
             ends = point + np.outer([distances.min() - 0.05 * size, distances.max() + 0.05 * size], along)
@@ -126,7 +172,7 @@ def _obstacles(axes: Axes, drawing: Drawing, cloud: np.ndarray, shown: np.ndarra
                 continue
             turn = np.linspace(0, 2 * np.pi, 200)
             ring = np.column_stack([np.cos(turn), np.sin(turn)]) * against["radius"]
-            axes.plot(*(ring + np.asarray(against["origin"], float)[shown]).T, color=style.FAINT, lw=1.2)
+            axes.plot(*factor * (ring + np.asarray(against["origin"], float)[shown]).T, color=style.FAINT, lw=1.2)
 
 
 def _angles(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
@@ -143,15 +189,61 @@ def _angles(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
         style.legend(axes, columns=4)
 
 
-def draw_reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
-    """Draw the sizes of the largest forces of joints and contacts."""
-    every = {**drawing.trajectory.joints, **drawing.trajectory.contacts}
+class Reaction(NamedTuple):
+    """The force of a joint or a contact."""
+
+    name: str
+    force: np.ndarray
+    """Its size at samples [N], (s,)."""
+    window: float
+    """Period of its ringing [s]; 0 of one that does not ring."""
+    smooth: np.ndarray
+    """Within that window, twice [N], (s,)."""
+
+
+def reactions_of(drawing: Drawing) -> Iterator[Reaction]:
+    """Yield the largest forces of joints and contacts, in the order of the scene."""
+    trajectory = drawing.trajectory
+    every = {**trajectory.joints, **trajectory.contacts}
     sizes = {name: np.linalg.norm(history.force, axis=1) for name, history in every.items()}
     chosen = sorted(sizes, key=lambda name: -float(sizes[name].max()))[:MOST]
-    largest = max((float(sizes[name].max()) for name in chosen), default=0.0)
-    scale, unit = style.prefixed(largest, "N")
-    for name in (name for name in sizes if name in chosen):
-        axes.plot(times, sizes[name] * scale, lw=1.2, label=name)
+    spin = max((float(np.linalg.norm(m[:, 9:12], axis=1).max()) for m in trajectory.motion.values()), default=0.0)
+    elastic = any(drawing.deformed(dimension) for dimension in (1, 2, 3))
+    for name in (name for name in sizes if name in chosen and sizes[name].any()):
+        force, vibrates = every[name].force, elastic and name in trajectory.joints
+        window = ringing(trajectory.times, force, spin / (2 * np.pi)) if vibrates else 0.0
+        smooth = sizes[name]
+        if window:
+            smooth = np.linalg.norm(windowed_mean(force, float(trajectory.times[0]), window), axis=1)
+        yield Reaction(name, sizes[name], window, smooth)
+
+
+def ringing(times: np.ndarray, force: np.ndarray, turns: float) -> float:
+    """Return the period at which a force rings most [s]; 0 where it does not.
+
+    Args:
+        times: Of samples at equal intervals [s], (s,).
+        force: Its components [N], (s, 3).
+        turns: Largest frequency of rotation of a body [Hz].
+    """
+    interval = float(times[1] - times[0]) if len(times) > 1 else 0.0
+    if not interval:
+        return 0.0
+    varying = (force - force.mean(axis=0)) * np.hanning(len(force))[:, None]
+    power = (np.abs(np.fft.rfft(varying, axis=0)) ** 2).sum(axis=1)
+    frequencies = np.fft.rfftfreq(len(force), interval)
+    fast = frequencies > max(FAST * turns, FAST / (times[-1] + interval))
+    if power[fast].sum() <= RINGS * power.sum():
+        return 0.0
+    return float(1 / frequencies[fast][power[fast].argmax()])
+
+
+def draw_reactions(axes: Axes, times: np.ndarray, drawing: Drawing) -> None:
+    """Draw the sizes of the largest forces of joints and contacts, those that ring within a window."""
+    reactions = [*reactions_of(drawing)]
+    scale, unit = style.prefixed(max((float(r.smooth.max()) for r in reactions), default=0.0), "N")
+    for reaction in reactions:
+        axes.plot(times, reaction.smooth * scale, lw=1.2, label=reaction.name)
     axes.set_ylabel(f"force [{unit}]")
-    if chosen:
+    if reactions:
         style.legend(axes, columns=4)

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gudgeon.pipeline.plots.contact.force_window import windowed_peak
+
 TOUCHING = 1e-6
 """Force over the largest one of the history above which a contact is closed."""
 SMALL = 0.05
@@ -83,20 +85,18 @@ def parts(history: ForceCourse, window: float) -> np.ndarray:
 def values_in(history: ForceCourse, start: float, end: float, window: float) -> dict[str, float]:
     """Return the values of `PER_IMPACT` of the impact between two times.
 
-    The impulse is the size of the integral of the resultant. The peak force is the largest mean of the resultant over
-    the window. The time is that at which half of the impulse has been given; NaN where there is no impulse.
+    The impulse is the size of the integral of the resultant. The peak force is that of the quantity `force_peak`: the
+    largest mean over the window of the mean over the window, without force before and after. The time is that at which
+    half of the impulse has been given; NaN where there is no impulse.
     """
     interior = history.edges[(history.edges > start) & (history.edges < end)]
-    # The mean over the window is largest where one of its ends is the edge of an interval.
-    ends = np.sort(np.concatenate([interior, interior + window, [start + window, end]]))
-    means = (history.at(np.clip(ends, start, end)) - history.at(np.clip(ends - window, start, end))) / window
     edges = np.concatenate([[start], interior, [end]])
     cumulative = history.at(edges) - history.at(edges[:1])
     size = float(np.linalg.norm(cumulative[-1]))
     fraction = cumulative @ cumulative[-1] / size**2 if size > 0 else np.zeros(len(edges))
     half = int(np.argmax(fraction >= 0.5))
     time = float(np.interp(0.5, fraction[half - 1 : half + 1], edges[half - 1 : half + 1])) if half else float("nan")
-    return {"impulse": size, "force_peak": float(np.linalg.norm(means, axis=1).max()), "time": time}
+    return {"impulse": size, "force_peak": windowed_peak(edges, cumulative, window), "time": time}
 
 
 def rms(history: ForceCourse, window: float) -> float:

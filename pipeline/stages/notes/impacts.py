@@ -22,6 +22,8 @@ WEIGHT = 2.0
 """Time over which `force_peak` is a mean, over the window."""
 PRESSES = 1e-2
 """Force at the end of a run over the largest one from which a contact counts as closed."""
+YOUNG = 0.25
+"""Share of the run that an impact of driven or loaded bodies has lasted at most at its end, to be one that is cut."""
 
 Quantities = Mapping[str, Mapping[str, Any]]
 
@@ -34,9 +36,10 @@ def impacts(facts: Facts) -> Iterator[str]:
     for name in scene.contact:
         listed, window = list(_impacts(quantities, name)), _value(quantities, f"{name}.force_window")
         if _is_cut(scene, name, quantities, listed) and facts.last_force(name) > PRESSES:
+            since = max(listed, key=lambda i: i["end"])["start"]
             yield (
                 f"contact.{name} is closed at the end of the run: its impulse and rebound are not those of a whole"
-                " impact; set run.duration longer"
+                f" impact, which began at {since:.4g} s; set run.duration longer"
             )
         if scene.run.window is not None and window > 0 and scene.contact[name].method == "impact":
             yield (
@@ -62,18 +65,21 @@ def _impacts(quantities: Quantities, name: str) -> Iterator[dict[str, float]]:
 
 
 def _is_cut(scene: SceneFile, name: str, quantities: Quantities, impacts: list[dict[str, float]]) -> bool:
-    """Whether an impact of free bodies lasts until the end of a run.
+    """Whether an impact lasts until the end of a run.
 
     A contact of free bodies rests only by gravity, and not before it has given a body the speed with which it closed.
+    What forces and joints press on each other may stay closed: there it is an impact while it is `YOUNG`.
     """
     partner = scene.others().get(name)
     sides = [scene.contact[name].body, *([partner.body] if partner is not None else [])]
     free = any(f"{side}.velocity_{axis}" in quantities for side in sides for axis in "xyz")
-    if not free or scene.force or (scene.joint and not scene.held()) or not impacts:
+    final = max(impacts, key=lambda i: i["end"], default={"start": 0.0, "end": 0.0})
+    if final["end"] < scene.run.duration * (1 - ROUNDING):
         return False
-    final = max(impacts, key=lambda i: i["end"])
-    fallen = float(np.linalg.norm(scene.run.gravity)) * (final["end"] - final["start"])
-    return final["end"] >= scene.run.duration * (1 - ROUNDING) and final.get("approach_speed", 0.0) > fallen
+    lasts, closing = final["end"] - final["start"], final.get("approach_speed", 0.0)
+    if not free or scene.force or (scene.joint and not scene.held()):
+        return closing > 0 and lasts < YOUNG * scene.run.duration
+    return closing > float(np.linalg.norm(scene.run.gravity)) * lasts
 
 
 def _delivered(scene: SceneFile, name: str, quantities: Quantities) -> Iterator[str]:

@@ -102,7 +102,7 @@ IMPACTS = {"flat": {"impacts": plots.PLOTS["flat"]["impacts"]}, "rendered": {}}
 NAMES = {
     "ball": ["force.png", "energy.png", "impacts.png"],
     "belt": ["force.png", "energy.png", "impacts.png"],
-    "beam": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "modes.png"],
+    "beam": ["force.png", "energy.png", "impacts.png", "gauges.png", "deformation.png", "modes.png", "impact.mp4"],
 }
 
 
@@ -128,7 +128,7 @@ def test_pictures(scene: Run, tmp_path: Path) -> None:
     assert notes == []
     assert [path.name for path in drawn] == NAMES[scene.name]
     assert set(NAMES[scene.name]) <= set(plots.FILES)
-    for path in drawn:
+    for path in (path for path in drawn if path.suffix == ".png"):
         assert_picture(path)
 
 

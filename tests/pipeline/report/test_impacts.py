@@ -29,9 +29,9 @@ def history(*pulses: tuple[float, float, float], step: float = STEP, end: float 
 
 
 def windowed_peak(duration: float, peak: float, window: float) -> float:
-    """Largest mean of a half sine over a window shorter than it."""
+    """Largest mean over a window of the mean over it of a half sine, which is at least twice as long."""
     angle = np.pi * window / (2 * duration)
-    return peak * math.sin(angle) / angle
+    return peak * (math.sin(angle) / angle) ** 2
 
 
 def test_impacts_are_located() -> None:

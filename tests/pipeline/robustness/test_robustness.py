@@ -539,6 +539,32 @@ def test_rigid_contact_overlaps_by_the_error_of_the_elastic_approach(tmp_path: P
     assert depth > bound, "a face that the floor holds 0.1 µm too deep"
 
 
+RUBBING = """
+component.part.geometry = { kind = "box", lx = 0.05, ly = 0.03, lz = 0.03 }
+component.part.mesh.size = 0.01
+component.part.material = { E = 70e9, nu = 0.33, rho = 2700 }
+component.part.modes.normal_count = 40
+component.part.interface.foot.surface = "bottom"
+body.part = { position = [0, 0, 5e-5], velocity = [0.1, 0, -0.3] }
+contact.floor = { body = "part", interface = "foot", surface_stiffness = 2e18, friction = { static = 0.2 }, \
+against = { shape = "plane", point = [0, 0, 0], normal = [0, 0, 1] } }
+run = { duration = 2.5e-4, step = 1e-7, checks = false }
+""".replace("\\\n", "")
+
+
+def test_friction_moves_points_by_the_residual_flexibility_as_well(tmp_path: Path) -> None:
+    """Overlap of a nearly rigid layer is round-off beside what R of friction moves along the normals, 60 nm."""
+    (tmp_path / "block.toml").write_text(RUBBING)
+    job = kinds.open_job(tmp_path / "block.toml", db=tmp_path / "db", out=tmp_path / "out", set={})
+    system, found = simulated(job, quiet)
+    _, depth, bound = overlaps(system, found)
+    assert depth is not None
+    assert bound is not None
+    assert depth < min(2e-9, bound)
+    without = replace(found, contacts={"floor": replace(found.contacts["floor"], friction=None)})
+    assert max(overlaps(system, without)[0] or 0.0, 0.0) > 1e-8
+
+
 def test_masses_and_springs_of_a_deck_change_with_its_units() -> None:
     box = Box(kind="box", lx=1.0, ly=1.0, lz=1.0).build(1.0)
     one = np.array([0])

@@ -103,6 +103,16 @@ def test_an_impact_under_gravity_is_cut_but_a_resting_body_is_not(tmp_path: Path
     assert CLOSED not in settled
 
 
+def test_an_impact_of_a_loaded_body_is_cut_while_it_is_young(tmp_path: Path) -> None:
+    """A force of 10 N presses the ball on; with damping it settles."""
+    push = {"force.push": {"kind": "wrench", "body": "ball", "at": [0.0, 0.0, 0.0], "force": [0.0, 0.0, -10.0]}}
+    cut = notes(BALL, tmp_path / "cut", **push, **{"run.duration": 5e-3})
+    assert f"contact.floor {CLOSED}, which began at 0.004" in cut
+    law = {"kind": "linear", "stiffness": 1e5, "damping": 300.0}
+    settled = notes(BALL, tmp_path / "settled", **push, **{"contact.floor.law": law, "run.duration": 0.1})
+    assert CLOSED not in settled
+
+
 def test_contacts_that_rest_or_are_driven_get_none(tmp_path: Path) -> None:
     for scene in ("rigid/incline-sticks.toml", "rigid/scene.toml", "extreme/e0.toml"):
         found = notes(scene, tmp_path / scene)

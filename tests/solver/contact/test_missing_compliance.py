@@ -51,3 +51,13 @@ def test_modes_that_contain_all_motion_are_another_complaint(tmp_path: Path) -> 
     modal, morph = block_records(POINTS)
     text = complaint((replace(modal, residual_flexibility=np.zeros((POINTS, POINTS))), morph), block_scene(), tmp_path)
     assert "the retained shapes already contain all interface motion (R = 0)" in text
+
+
+def test_points_whose_motion_is_retained_are_named(tmp_path: Path) -> None:
+    """As where a tie ends within the face: only a layer gives these a compliance, or they are left out."""
+    modal, morph = block_records(POINTS)
+    R = np.array(modal.residual_flexibility)
+    R[[1, 3]] = R[:, [1, 3]] = 0.0
+    text = complaint((replace(modal, residual_flexibility=R), morph), block_scene(), tmp_path)
+    assert "all motion of 2 points of component.part.interface.face, the first near (" in text
+    assert text.endswith("leave them out of the interface, or set contact.wall.surface_stiffness")

@@ -8,7 +8,18 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from gudgeon.pipeline.applications.wheel.comparison import FREQUENCY, MAGNIFICATION, Comparison, InterfaceRow
-from gudgeon.pipeline.plots.base.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, new_figure, save, styled
+from gudgeon.pipeline.plots.base.style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    GREY,
+    INK,
+    LEAST_TEXT,
+    ORANGE,
+    new_figure,
+    save,
+    styled,
+)
 
 LEAST = 1e-10
 """Least error in the chart."""
@@ -40,11 +51,11 @@ def draw(comparison: Comparison, path: Path) -> None:
             axes = figure.add_axes((LEFT + (WIDTH + GAP) * n, 0.13, WIDTH, 0.73))
             full_value = value(full) or None
             _panel(axes, [max(abs(value(row)), LEAST) for row in rows], full_value, colours, written)
-            axes.set_xlabel(label, fontsize=8.5)
+            axes.set_xlabel(label, fontsize=LEAST_TEXT)
             if n == 0:
-                axes.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=8.5)
+                axes.set_yticks(range(len(rows)), [row.name for row in rows], fontsize=LEAST_TEXT)
         note = f"grey: the full wheel, {full.coordinates:,} dofs, {full.cpu:.1f} s; magnification"
-        figure.text(0.035, 0.03, f"{note} {full.magnification:.4f}", fontsize=8.5, color=FAINT)
+        figure.text(0.035, 0.03, f"{note} {full.magnification:.4f}", fontsize=LEAST_TEXT, color=FAINT)
         save(figure, path)
 
 
@@ -56,7 +67,7 @@ def _panel(axes: Axes, values: list[float], full_value: float | None, colours: l
     for ordinate, value in zip(ordinates, values, strict=True):
         axes.annotate(
             written.format(value), (value, ordinate), textcoords="offset points", xytext=(0, 6), ha="center",
-            fontsize=7, color=INK,
+            fontsize=LEAST_TEXT, color=INK,
         )  # fmt: skip
     axes.set_ylim(len(values) - 0.5, -0.7)
     if full_value is not None:
