@@ -26,7 +26,7 @@ CLASSES = {
         "pipeline/report/document.py:Run", "pipeline/report/document.py:Quantity", "pipeline/report/document.py:Choice",
         "pipeline/report/document.py:Cost", "pipeline/report/document.py:Budget", "pipeline/report/document.py:Term",
     ),
-    "What a study returns": ("pipeline/studies/study.py:StudyReport",),
+    "What a study returns": ("pipeline/studies/study.py:StudyReport", "pipeline/studies/family.py:FamilyReport"),
     "Jobs": ("pipeline/stages/job.py:Job", "pipeline/stages/base.py:SceneJob", "pipeline/stages/base.py:Place"),
     "Steps": (
         "solver/simulation.py:Steps", "solver/simulation.py:BodyState", "solver/simulation.py:PortState",

@@ -172,10 +172,13 @@ def _add_export(names: Any) -> None:
 
 
 def _add_many_runs(names: Any) -> None:
-    """Add `gudgeon study` and `gudgeon wear`."""
+    """Add `gudgeon study`, `gudgeon family` and `gudgeon wear`."""
     text = "run many designs of the scene: one table of their quantities, and a picture"
     study = _command(names, "study", text, studies.study_command, studies.STUDY_HELP)
     studies.add_options(study, _positive)
+    text = "find the designs to store for a range of a component's profile, so that others need no new modes"
+    family = _command(names, "family", text, studies.family_command, studies.FAMILY_HELP)
+    studies.add_family_options(family, _tolerance)
     text = "wear the joints with clearance, or the contacts, of the scene over many cycles"
     wear = _command(names, "wear", text, wearing.wear_command, wearing.WEAR_HELP)
     wearing.add_options(wear, _tolerance)

@@ -1,4 +1,4 @@
-"""`gudgeon study`: its options, and the command."""
+"""`gudgeon study` and `gudgeon family`: their options, and the commands."""
 
 import argparse
 import json
@@ -27,6 +27,17 @@ same command computes only what is missing, on another machine too if it has the
 designs share are computed once. A design that cannot run is a row with its reason.
 Exit code: 0 at least one design finished; 1 none did, or a worker was lost; 2 the input is wrong.
 """
+FAMILY_HELP = """\
+Find which designs of a component to store, so that the modes of all others in a range of its profile come from them
+within a tolerance, and keep their modes in the database. What varies is one key or both of the profile:
+  --vary component.part.change.profile.offset=-6e-4:6e-4
+  --vary component.part.change.profile.scale=0:2
+
+Of a few candidates over the range, corners included, that with the largest estimated error of frequencies and
+compliances is stored next, up to five. Prints the estimated errors, and the lines of the scene with which
+`change.update = "certified"` takes these designs, alone or in a study. See docs/design-change.md.
+Exit code: 0 the tolerance is met at all candidates; 2 it is not, or the input is wrong.
+"""
 EXECUTOR = """\
 run designs by the concurrent.futures.Executor that a function returns, such as one of dask, executorlib, parsl or
 mpi4py, instead of processes of this machine; docs/studies.md has examples
@@ -50,6 +61,31 @@ def add_options(command: argparse.ArgumentParser, positive: Any) -> None:
     text = "quantity that the picture shows, such as wall.force_peak or 'wall.*'; may be repeated (default: a choice)"
     add("--quantity", action="append", default=[], metavar="NAME", help=text)
     command.set_defaults(threads=1)
+
+
+def add_family_options(command: argparse.ArgumentParser, tolerance: Any) -> None:
+    """Add the options of `gudgeon family`.
+
+    Args:
+        tolerance: Type of a tolerance.
+    """
+    add = command.add_argument
+    text = "key of a component's change.profile and its range; may be repeated for a second one"
+    add("--vary", action="append", default=[], metavar="path.to.key=LOW:HIGH", required=True, help=text)
+    text = "largest estimated error of frequencies and compliances (default 0.1%%)"
+    add("--tolerance", type=tolerance, default=1e-3, metavar="T", help=text)
+
+
+def family_command(options: argparse.Namespace) -> int:
+    """Find the stored designs of a range and print them."""
+    from gudgeon.pipeline.cli.commands import opened
+    from gudgeon.pipeline.studies.family import find_family
+
+    job = opened(options)
+    with shared(job, "family", Console(options.json).progress) as progress:
+        report = find_family(job, options.vary, options.tolerance, progress)
+    print(json.dumps(report.as_json(), indent=1) if options.json else report.as_text())
+    return 0
 
 
 def study_command(options: argparse.Namespace) -> int:

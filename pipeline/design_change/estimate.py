@@ -41,6 +41,11 @@ class Estimate:
     compliances: dict[str, float]
     """Of the static compliance of each interface, for the combination of smooth pressures for which it is largest."""
 
+    def largest(self, count: int) -> float:
+        """Return the largest relative change of the first `count` frequencies and of the compliances."""
+        changes = [*self.frequencies[:count].tolist(), *self.compliances.values()]
+        return max((abs(change) for change in changes), default=0.0)
+
     def quality(self) -> dict[str, object]:
         """Return the entries of a morph record's quality."""
         return {"frequency_changes": self.frequencies.tolist(), "compliance_changes": self.compliances}

@@ -1,24 +1,29 @@
 """Stored designs of one mesh: their displacements as a basis, and the factor and flexibility of the first of them."""
 
 from collections.abc import Sequence
+from functools import cached_property, partial
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import ModalRecord
+from gudgeon.modaldb.records.modes import ModalRecord, SensitivityRecord
+from gudgeon.pipeline.design_change.estimate import Estimate, estimated, sensitivity_of
 from gudgeon.pipeline.design_change.projection import Projection, Target, independent
 from gudgeon.pipeline.modes.flexibility import Flexibility
+from gudgeon.pipeline.scenes.material import Material
 
 
 class Family:
     """Stored designs, whose displacements are carried over to others of the mesh by the number of the node."""
 
-    def __init__(self, targets: Sequence[Target], designs: Sequence[ModalRecord]) -> None:
+    def __init__(self, targets: Sequence[Target], designs: Sequence[ModalRecord], material: Material) -> None:
         """Take stored designs.
 
         Args:
             targets: Their bodies.
             designs: Their modal records, of solids, with shapes and static responses.
+            material: That of all.
         """
+        self._derivatives = partial(sensitivity_of, targets[0].model.mesh, material, designs[0])
         self.base = targets[0]
         columns = [_displacements(design) for design in designs]
         basis = np.concatenate(columns, axis=2).reshape(len(self.base.model.held), -1)
@@ -30,6 +35,21 @@ class Family:
         self._flexibilities = [flexibility_of(design) for design in designs]
         self._in_basis = np.array([projection.flexibility for projection in self.projections])
         self._outside = np.array(self._flexibilities) - self._in_basis
+
+    @cached_property
+    def derivatives(self) -> SensitivityRecord:
+        """Derivatives of the first design's modes with respect to its nodes."""
+        return self._derivatives()
+
+    def first_order(self, target: Target) -> Estimate:
+        """Return to first order what the first design's modes lack of a body's."""
+        return estimated(self.derivatives, target.model.mesh.nodes - self.base.model.mesh.nodes)
+
+    def residual(self, count: int) -> np.ndarray:
+        """Return the flexibility of the first design beside its lowest modes [m/N], (c, c)."""
+        base = self.projections[0]
+        at_rows = (self.base.B @ base.shapes(count)) / np.sqrt(base.values[:count])
+        return self._flexibilities[0] - at_rows @ at_rows.T
 
     def remainder(self, projection: Projection, extension: np.ndarray | None = None) -> np.ndarray:
         """Return the flexibility that displacements outside the basis add to a body's in it [m/N], (c, c).

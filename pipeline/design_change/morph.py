@@ -1,4 +1,4 @@
-"""Design changes: nodal positions moved by a profile, and the design record of each update.
+"""Design changes: nodal positions moved by a profile and by growth, and the design record of each update.
 
 A profile, a table or an offset, gives radial deviations δ over height and angle. Nodes of the named surface move by δ
 along the radius; inner nodes follow the nearest surface nodes, faded out by d_fixed / (d_fixed + d_moved) towards the
@@ -20,7 +20,7 @@ from gudgeon.pipeline.fem.elements.reference import nodal_jacobians
 from gudgeon.pipeline.fem.elements.solid import mass_properties, solid_twists
 from gudgeon.pipeline.geometry.cells import cell_centres, cell_of
 from gudgeon.pipeline.geometry.profile import ProfileTable
-from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, radial_directions, surface_name
+from gudgeon.pipeline.geometry.surfaces import cylindrical, find_surface, grown, radial_directions, surface_name
 
 NEIGHBOURS = 4
 """Surface nodes that an inner node follows, weighted by inverse square distance; more if some are equally near."""
@@ -32,17 +32,22 @@ KEPT = 4
 
 @dataclass(frozen=True)
 class Movement:
-    """A profile on a named surface of a mesh."""
+    """A profile on a named surface of a mesh, and growth of the whole part after it."""
 
-    surface: str
+    surface: str | None
+    """None: growth alone."""
     deviation: ProfileTable | float
     """Radial deviation [m] at heights [m] and angles [rad], or everywhere."""
     where: str
     """The profile's key in the scene, for messages."""
+    growth: float = 0.0
+    """Growth of all lengths about the origin, over them."""
 
     @property
     def source(self) -> str:
-        """Key of the table or offset in the scene."""
+        """Key of the table, offset or growth in the scene."""
+        if self.surface is None:
+            return f"{self.where.rpartition('.')[0]}.growth"
         return f"{self.where}.{'table' if isinstance(self.deviation, ProfileTable) else 'offset'}"
 
 
@@ -50,18 +55,30 @@ def move_nodes(mesh: MeshRecord, movement: Movement) -> np.ndarray:
     """Return the nodal positions of the changed design [m], (n, 3).
 
     Raises:
-        InputError: the surface is no cylinder, the table does not cover it, or an element would be inverted.
+        InputError: the surface is no cylinder, the table does not cover it, an element would be inverted, or a part
+            grows that is no solid, or has attachments.
     """
-    surface = find_surface(mesh, movement.surface, f"{movement.where}.surface")
+    if movement.growth and (not cell_of(mesh).solid or mesh.attachments or mesh.relations):
+        raise InputError(
+            f"{movement.where.rpartition('.')[0]}.growth: given; allowed for solids without masses, couplings, springs"
+            " and ties of a deck"
+        )
+    profiled = mesh.nodes if movement.surface is None else _profiled(mesh, movement, movement.surface)
+    return profiled * (1 + movement.growth)
+
+
+def _profiled(mesh: MeshRecord, movement: Movement, name: str) -> np.ndarray:
+    """Return the nodal positions after the profile of a movement on a named surface [m], (n, 3)."""
+    surface = find_surface(mesh, name, f"{movement.where}.surface")
     if surface.shape.get("kind") != "cylinder":
         raise InputError(
-            f"{movement.where}.surface: '{movement.surface}' is no cylinder, a profile needs one; a cylinder of a mesh"
+            f"{movement.where}.surface: '{name}' is no cylinder, a profile needs one; a cylinder of a mesh"
             " file must be declared in geometry.surfaces"
         )
     on_surface = np.unique(surface.facets)
     shift = np.zeros_like(mesh.nodes)
     shift[on_surface] = _radial_shift(mesh.nodes[on_surface], surface, movement)
-    others = [np.unique(s.facets) for name, s in mesh.surfaces.items() if name != movement.surface]
+    others = [np.unique(s.facets) for key, s in mesh.surfaces.items() if key != name]
     fixed = np.setdiff1d(np.concatenate(others) if others else np.empty(0, int), on_surface)
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([on_surface, fixed]))
     if len(inner):
@@ -136,11 +153,13 @@ def reuse(
         raise InputError(
             f"{movement.source}: the supports leave some of the rigid motions free, use update 'recompute'"
         )
-    nodes, surface = move_nodes(mesh, movement), find_surface(mesh, movement.surface, movement.source)
+    nodes = move_nodes(mesh, movement)
     points = {name: item.points for name, item in modal.interfaces.items()}
     for name in points:
-        if surfaces[name] == movement.surface:
+        if movement.surface is not None and surfaces[name] == movement.surface:
+            surface = find_surface(mesh, movement.surface, movement.source)
             points[name] = points[name] + _radial_shift(points[name], surface, movement)
+        points[name] = points[name] * (1 + movement.growth)
     properties = mass_properties(replace(mesh, nodes=nodes), rho)
     quality = {"largest_shift": float(np.linalg.norm(nodes - mesh.nodes, axis=1).max())}
     twists = solid_twists(properties) if len(modal.rigid_twists) else modal.rigid_twists
@@ -152,11 +171,11 @@ def reuse(
 
 def moved_mesh(mesh: MeshRecord, movement: Movement) -> MeshRecord:
     """Return the mesh of the changed design, from which its modes are computed."""
-    nodes = move_nodes(mesh, movement)
-    name = surface_name(mesh, movement.surface, movement.source)
-    moved = mesh.surfaces[name]
-    surface = Surface(moved.facets, moved.shape | {"profiled": True})
-    return replace(mesh, nodes=nodes, surfaces=mesh.surfaces | {name: surface})
+    surfaces = {name: grown(surface, movement.growth) for name, surface in mesh.surfaces.items()}
+    if movement.surface is not None:
+        moved = surfaces[name := surface_name(mesh, movement.surface, movement.source)]
+        surfaces[name] = Surface(moved.facets, moved.shape | {"profiled": True})
+    return replace(mesh, nodes=move_nodes(mesh, movement), surfaces=surfaces)
 
 
 def _radial_shift(points: np.ndarray, surface: Surface, movement: Movement) -> np.ndarray:

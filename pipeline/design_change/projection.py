@@ -119,5 +119,5 @@ def independent(stiffness: np.ndarray, least: float = INDEPENDENT) -> np.ndarray
     """
     scale = 1 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
     strength, directions = linalg.eigh(0.5 * (stiffness + stiffness.T) * scale * scale[:, None])
-    significant = strength > INDEPENDENT * strength.max(initial=0.0)
+    significant = strength > least * strength.max(initial=0.0)
     return scale[:, None] * directions[:, significant] / np.sqrt(strength[significant])

@@ -1,6 +1,7 @@
 """Named surfaces and their true shapes: points, planes, cylinders, cones and spheres."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,16 @@ def box_faces(lx: float, ly: float, lz: float) -> dict[str, SurfaceRule]:
         "bottom": plane((0, 0, -1), (0, 0, 0)),
         "top": plane((0, 0, 1), (0, 0, lz)),
     }
+
+
+def grown(surface: Surface, growth: float) -> Surface:
+    """Return a surface of a solid after uniform growth of all lengths about the origin, over them."""
+    shape, areas, scale = dict(surface.shape), surface.areas, 1 + growth
+    if "radius" in shape:
+        shape["radius"] *= scale
+    if "origin" in shape:
+        shape["origin"] = [scale * x for x in shape["origin"]]
+    return replace(surface, shape=shape, areas=None if areas is None else scale**2 * areas)
 
 
 def cylindrical(points: np.ndarray, shape: SurfaceRule) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from gudgeon.pipeline.kinds.parts import example, faces, new, schema
     from gudgeon.pipeline.kinds.sensors import calibrate, identify, infer, signals, wrench
     from gudgeon.pipeline.scenes.bodies import SceneFile as Scene
+    from gudgeon.pipeline.studies.family import family
     from gudgeon.pipeline.studies.study import study
     from gudgeon.solver.simulate import simulate
     from gudgeon.solver.system.compile import compile_system
@@ -41,6 +42,7 @@ _HOMES = {
     "example": "gudgeon.pipeline.kinds.parts:example",
     "export": "gudgeon.pipeline.kinds.commands:export",
     "faces": "gudgeon.pipeline.kinds.parts:faces",
+    "family": "gudgeon.pipeline.studies.family:family",
     "identify": "gudgeon.pipeline.kinds.sensors:identify",
     "infer": "gudgeon.pipeline.kinds.sensors:infer",
     "linear": "gudgeon.pipeline.kinds.commands:linear",
@@ -69,6 +71,7 @@ __all__ = [
     "example",
     "export",
     "faces",
+    "family",
     "identify",
     "infer",
     "linear",

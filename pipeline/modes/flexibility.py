@@ -98,6 +98,15 @@ class Flexibility:
         answer[self.dofs] = self.grounded(balanced[self.dofs])
         return answer - self.rigid @ (self.M_rigid.T @ answer)
 
+    def of_rows(self, B: sparse.csr_matrix) -> np.ndarray:
+        """Return B G Bᵀ of the rows B that were given (c, dofs), (c, c)."""
+        if self.at_rows is None:
+            return B @ self.solve(B.T.toarray())
+        C_rigid, E = B @ self.rigid, self.M_rigid[self.dofs]
+        X = self.grounded(E) if E.shape[1] else E
+        across = (B[:, self.dofs] @ X) @ C_rigid.T
+        return self.at_rows - across - across.T + C_rigid @ (E.T @ X) @ C_rigid.T
+
     def free(self) -> None:
         """Release the memory of the factor."""
         self.factor.free()

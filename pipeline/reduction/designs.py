@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.modaldb.stores.base import Store
 from gudgeon.pipeline.design_change.family import Family
@@ -35,14 +36,23 @@ def method_of(
     Raises:
         InputError: the part is not one whose displacements can be carried over.
     """
-    designs = component.stored_designs
+    members, base = family_of(store, stored, component, name, **requested)
+    return carried_macneal(members, base, [keys[1] for keys in stored], component.change.tolerance)
+
+
+def family_of(
+    store: Store, stored: Sequence[tuple[str, str]], component: Component, name: str, **requested: Any
+) -> tuple[Family, ModalRecord]:
+    """Return the stored designs of a component as a family, and the modes of the first; see `method_of`."""
     base = store.get(stored[0][1], "modes")
 
     def family() -> Family:
-        pairs = zip(stored, designs, strict=True)
         records = [base, *(store.get(keys[1], "modes") for keys in stored[1:])]
         refuse_unlike(records, f"component.{name}.change.designs")
-        return Family([_target(store, keys[0], design, name, requested) for keys, design in pairs], records)
+        assert component.material is not None
+        pairs = zip(stored, component.stored_designs, strict=True)
+        targets = [body_of(store.get(keys[0], "mesh"), design, name, **requested) for keys, design in pairs]
+        return Family(targets, records, component.material)
 
     keys = (store.location, *stored)
     members = _FAMILIES.get(keys) or family()
@@ -50,7 +60,7 @@ def method_of(
     _FAMILIES.move_to_end(keys)
     while len(_FAMILIES) > KEPT:
         _FAMILIES.popitem(last=False)
-    return carried_macneal(members, base, [keys[1] for keys in stored], component.change.tolerance)
+    return members, base
 
 
 def refuse_unlike(records: Sequence[ModalRecord], scene_key: str) -> None:
@@ -63,9 +73,9 @@ def refuse_unlike(records: Sequence[ModalRecord], scene_key: str) -> None:
             )
 
 
-def _target(store: Store, mesh_key: str, design: Component, name: str, requested: dict[str, Any]) -> Target:
-    """Return the body of a stored design."""
-    mesh, scene_key = store.get(mesh_key, "mesh"), f"component.{name}"
+def body_of(mesh: MeshRecord, design: Component, name: str, **requested: Any) -> Target:
+    """Return the body of a design on its mesh; see `method_of`."""
+    scene_key = f"component.{name}"
     if not cell_of(mesh).solid or "incompatible" in mesh.formulations or mesh.attachments or mesh.relations:
         raise InputError(
             f"{scene_key}.change.update: 'certified' given; allowed for solids without incompatible modes, and without"

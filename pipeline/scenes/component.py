@@ -31,6 +31,8 @@ LINES = ("beam", "frame")
 """Geometries whose gauges are at stations."""
 MOST_DESIGNS = 5
 """Stored designs of which others are computed. With more of them projecting is as dear as new modes."""
+MOST_GROWTH = 0.1
+"""Largest growth of a part by heat: metals melt at a few hundredths."""
 EXTRA_MODES = 1.25
 """Modes of a stored design over those of a design: modes change places within ten per cent of a wall."""
 NORMAL_MODES = ("macneal", "normal+static", "fixed-reference", "rubin")
@@ -79,6 +81,11 @@ class Change(Strict):
         " refused; of certified modes, their largest estimated relative error of frequencies and compliances",
     )
     profile: Profile = Field(default=Profile.model_construct(), description="By how much a surface moves")
+    growth: Ratio = Field(
+        default=0.0,
+        description="Uniform growth of all lengths about the part's origin, by heat α ΔT, after the profile; heights"
+        " and points that the scene gives are those of the grown part",
+    )
     designs: tuple[Profile, ...] = Field(
         default=(),
         max_length=MOST_DESIGNS,
@@ -216,7 +223,8 @@ class Component(Meshed):
     @field_validator("change")
     @classmethod
     def _can_move(cls, value: Change, info: ValidationInfo) -> Change:
-        if _kind(info) == "matrices" and (value.profile.table is not None or value.profile.offset != 0):
+        moves = value.profile.table is not None or value.profile.offset != 0
+        if _kind(info) == "matrices" and moves:
             raise ValueError("profile given; the matrices of another program do not follow a moved surface")
         if value.designs and value.update != "certified":
             raise ValueError(f"designs given; allowed with update 'certified', not '{value.update}'")
@@ -225,9 +233,23 @@ class Component(Meshed):
             raise ValueError(
                 "update 'certified' given; allowed with modes.reduction = 'macneal' without modes.swap; use 'recompute'"
             )
-        moves = value.profile.table is not None or value.profile.offset != 0
-        if moves and value.update == "reuse" and info.data.get("point_mass"):
+        if (moves or value.growth) and value.update == "reuse" and info.data.get("point_mass"):
             raise ValueError("update 'reuse' given; with point masses a moved surface needs update 'recompute'")
+        return value
+
+    @field_validator("change")
+    @classmethod
+    def _can_grow(cls, value: Change, info: ValidationInfo) -> Change:
+        if abs(value.growth) > MOST_GROWTH:
+            raise ValueError(f"growth {value.growth:g} given; allowed: {-MOST_GROWTH:g} to {MOST_GROWTH:g}")
+        if value.growth and _kind(info) in ("matrices", "rigid"):
+            raise ValueError(f"growth given; allowed for solids, not for geometry '{_kind(info)}'")
+        tractions = [key for key, item in info.data.get("interface", {}).items() if item.kind == "traction"]
+        if value.growth and value.update == "reuse" and tractions:
+            raise ValueError(
+                f"growth given with update 'reuse'; the traction space of interface {tractions[0]} needs update"
+                " 'certified' or 'recompute'"
+            )
         return value
 
     @property

@@ -114,7 +114,9 @@ def _clearance(scene: "SceneFile", folder: Path, name: str, slave: Shaped, maste
     contact = scene.contact[name]
     component = scene.component_of(contact.body)
     item = slave[0]
-    radius, bore = float(slave[1]["radius"]), float(master[1]["radius"])
+    owners = scene.component[component], scene.component[scene.component_of(scene.masters()[name].body)]
+    radius, bore = (float(item[1]["radius"]) * (1 + owner.change.growth)
+                    for item, owner in zip((slave, master), owners, strict=True))  # fmt: skip
     low, high = item.sector_deg or (-180.0, 180.0)
     theta = np.radians(np.linspace(low, high, ANGLES))
     moved = deviation_of(scene.component[component], folder, component)

@@ -68,10 +68,13 @@ def build_mesh(
 
 
 def movement_of(component: Component, folder: Path, name: str, key: str = "profile") -> Movement | None:
-    """Return the movement of a component's surface [m]; None if the profile has neither table nor offset.
+    """Return the movement of a component's nodes; None if nothing moves them.
 
     Args:
         key: The profile's key in the change, for messages.
     """
-    moved = deviation_of(component, folder, name, key)
-    return None if moved is None else Movement(*moved, f"component.{name}.change.{key}")
+    moved, growth = deviation_of(component, folder, name, key), component.change.growth
+    if moved is None and not growth:
+        return None
+    surface, deviation = moved or (None, 0.0)
+    return Movement(surface, deviation, f"component.{name}.change.{key}", growth)

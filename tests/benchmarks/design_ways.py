@@ -1,8 +1,9 @@
 """`python -m tests.benchmarks.design_ways`: what modes from stored designs cost and how wrong they are, by way.
 
-CPU seconds of one thread over those of new modes, assembly of stiffness and mass and the search for interfaces apart,
-for liner and piston of data/piston/coarse.toml as that scene reduces them; errors of the largest of all frequencies, of
-the compliance under smooth pressures and loads, and of a row's own flexibility.
+CPU seconds of one thread over those of new modes: of the way, with its estimate, and with the inertia count; assembly
+of stiffness and mass and the search for interfaces apart. For liner and piston of data/piston/coarse.toml as that scene
+reduces them; errors of the largest of all frequencies, of the compliance under smooth pressures and loads, and of a
+row's own flexibility.
 """
 
 import time
@@ -34,7 +35,12 @@ PARTS = {"liner": ("outer", 0.006), "piston": ("skirt", 0.004)}
 """Surface that moves, and the length of which changes are shares [m]: the wall, and a third of that of the piston."""
 SHARES = (0.01, 0.03, 0.07)
 STORED = {"1": (0.0,), "2": (-0.1, 0.1), "3": (0.0, -0.1, 0.1)}
-HEAD = "| part | change | way | cost | certified | frequency | compliance | row |\n|---|---|---|---|---|---|---|---|"
+STARTS = {"1": ("reuse", "project", "inverse", "factor"), "2": ("project", "inverse"), "3": ("project",)}
+"""Ways that are measured, by the number of stored designs."""
+HEAD = (
+    "| part | change | way | cost | certified | counted | frequency | compliance | row |\n"
+    "|---|---|---|---|---|---|---|---|---|"
+)
 
 
 class Bench:
@@ -45,6 +51,8 @@ class Bench:
         self.requested = job.scene.reduced_with(name)
         component = job.scene.component[name].model_copy(update={"change": Change(update="certified")})
         self.component, self.stored = component, component.stored_designs[0]
+        assert component.material is not None
+        self.material = component.material
         self._base = build_mesh(component, job.folder, name)
 
     def mesh(self, share: float) -> MeshRecord:
@@ -64,17 +72,16 @@ class Bench:
 
 
 def errors(
-    answer: tuple[Any, np.ndarray], truth: tuple[np.ndarray, np.ndarray], columns: dict[str, Any]
+    target: Target, answer: ways.Answer, truth: tuple[np.ndarray, np.ndarray], columns: dict[str, Any]
 ) -> list[float]:
     """Return the largest errors of frequencies, smooth compliance and rows."""
-    (projection, C), (exact, exact_C) = answer, truth
-    target = projection.target
+    C, (exact, exact_C) = answer.flexibility, truth
     compliances = []
     for ends in columns.values():
         loads = target.loads[:, slice(*ends)]
         before, after = (loads.T @ matrix @ loads for matrix in (C, exact_C))
         compliances.append(abs(largest_change(after - before, before)))
-    frequencies = np.sqrt(projection.values[: target.count]) / exact - 1
+    frequencies = np.sqrt(answer.reduced.values[: target.count]) / exact - 1
     rows = np.abs(C.diagonal() / exact_C.diagonal() - 1)
     return [float(np.abs(frequencies).max()), max(compliances), float(rows.max())]
 
@@ -88,20 +95,30 @@ def compared(bench: Bench, share: float, families: dict[str, Family], columns: d
     at_rows = (rows.B @ exact.Phi) / exact.angular_frequencies
     truth = exact.angular_frequencies[: target.count], exact.residual_flexibility + at_rows @ at_rows.T
     for count, family in families.items():
-        direction, total, displacements = np.empty((len(target.model.held), 0)), 0.0, None
-        for step in range(3 if count == "1" else 1):
-            begin = time.process_time()
-            if displacements is None:
-                answer = start = ways.projected(target, family)
-            else:
-                answer = ways.enriched(family, start[0], displacements)
-            taken = total + time.process_time() - begin
-            certificate = ways.certified(target, family, answer, direction, columns)
-            _, displacements, direction = certificate
-            total += time.process_time() - begin
-            method = f"`inverse`, {step} step{'s' if step > 1 else ''}" if step else f"`project`, {count} stored"
-            figures = " | ".join(f"{value:.0e}" for value in errors(answer, truth, columns))
-            print(f"| {bench.name} | {share:.0%} | {method} | {taken / cost:.2f} | {total / cost:.2f} | {figures} |")
+        search = ways.Search(target, family, columns, np.inf)
+        family.first_order(target)
+        begin = time.process_time()
+        family.first_order(target)
+        first_order = time.process_time() - begin
+        if count == "1":
+            print(f"{bench.name}, {share:.0%}: first-order estimate {first_order / cost:.1e} of new modes")
+        for name in STARTS[count]:
+            way, total = ways.WAYS[name], 0.0
+            for step in range(2 if name == "inverse" else 1):
+                begin = time.process_time()
+                answer = way.answer(search)
+                taken = total + time.process_time() - begin
+                if answer is None:
+                    continue
+                ways.certified(search, answer)
+                total += time.process_time() - begin
+                begin = time.process_time()
+                ways.complete(search)
+                counted = total + time.process_time() - begin
+                method = f"`{name}`, {step + 1} steps" if name == "inverse" else f"`{name}`, {count} stored"
+                figures = " | ".join(f"{value:.0e}" for value in errors(target, answer, truth, columns))
+                costs = " | ".join(f"{seconds / cost:.2f}" for seconds in (taken, total, counted))
+                print(f"| {bench.name} | {share:.0%} | {method} | {costs} | {figures} |")
 
 
 def main() -> None:
@@ -115,8 +132,8 @@ def main() -> None:
         families = {}
         for count, shares in STORED.items():
             targets = [bench.body(share, bench.stored)[0] for share in shares]
-            families[count] = Family(targets, [records[share] for share in shares])
-            ways.projected(targets[0], families[count])
+            families[count] = Family(targets, [records[share] for share in shares], bench.material)
+            ways.projected(ways.Search(targets[0], families[count]))
         for share in SHARES:
             compared(bench, share, families, columns)
         start = time.process_time()

@@ -24,6 +24,7 @@ from gudgeon.pipeline.design_change.compliance import largest_change
 from gudgeon.pipeline.design_change.estimate import estimated, sensitivity_of
 from gudgeon.pipeline.design_change.family import Family
 from gudgeon.pipeline.design_change.projection import Target
+from gudgeon.pipeline.design_change.ways.certificate import probes
 from gudgeon.pipeline.files import write_text
 from gudgeon.pipeline.geometry.surfaces import cylindrical
 from gudgeon.pipeline.kinds import open_job
@@ -46,6 +47,11 @@ SMALLEST, LARGEST = 1e-4, 0.1
 LOW, HIGH = 0.8, 1.25
 ROUND_OFF = 1e-10
 """True errors below it are not compared."""
+METHODS = {
+    "1": {"reuse": "`reuse`", "project": "`project`, 1 stored", "inverse": "`inverse`, 1 step", "factor": "`factor`"},
+    "3": {"project": "`project`, 3 stored"},
+}
+"""Words for the ways by the number of stored designs, one after another."""
 NOTED = 0.2
 """Share of the largest error of a frequency from which others are compared."""
 Shape = Callable[[MeshRecord], np.ndarray]
@@ -198,9 +204,9 @@ class Calibration:
         records = [self._record(parameters) for parameters in places]
         targets = [part.assembled(parameters)[0] for parameters in places]
         self.base = records[0]
-        self.families = {"1": Family(targets[:1], records[:1]), "3": Family(targets, records)}
         material = part.component.material
         assert material is not None
+        self.families = {"1": Family(targets[:1], records[:1], material), "3": Family(targets, records, material)}
         self.derivatives = sensitivity_of(part.mesh, material, records[0])
         self.columns = {} if self.base.static_responses is None else self.base.static_responses.columns
 
@@ -230,19 +236,15 @@ class Calibration:
         truth = exact.angular_frequencies[: target.count], exact.residual_flexibility + at_rows @ at_rows.T
         yield from self._first_order(parameters, size, truth[0])
         for count in stored:
-            family = self.families[count]
-            begin = time.process_time()
-            answer = start = ways.projected(target, family)
-            direction = np.empty((len(target.model.held), 0))
-            for step in range(2):
-                method = f"`project`, {count} stored" if step == 0 else "`inverse`, 1 step"
-                errors, displacements, direction = ways.certified(target, family, answer, direction, self.columns)
+            search = ways.Search(target, self.families[count], self.columns, np.inf)
+            for name, method in METHODS[count].items():
+                begin = time.process_time()
+                if (answer := ways.WAYS[name].answer(search)) is None:
+                    continue
+                errors = ways.certified(search, answer)
                 taken = (time.process_time() - begin) / cost
-                for row in self._compared(method, size, (answer, errors), truth):
+                for row in self._compared(method, size, target, (answer, errors), truth):
                     yield row, taken
-                if count != "1":
-                    break
-                answer = ways.enriched(family, start[0], displacements)
 
     def _first_order(self, parameters: Mapping[str, float], size: float, exact: np.ndarray) -> Iterator[Any]:
         if parameters.get("E"):
@@ -251,28 +253,30 @@ class Calibration:
         changes = estimated(self.derivatives, mesh.nodes - self.part.mesh.nodes).frequencies[: len(exact)]
         before = self.base.angular_frequencies[: len(exact)]
         true = np.abs(np.sort(before) / exact - 1).max()
-        yield Row(self.part.name, "`reuse`", "frequency", size, float(np.abs(changes).max()), float(true)), 0.0
+        yield (
+            Row(self.part.name, "`reuse`, first order", "frequency", size, float(np.abs(changes).max()), float(true)),
+            0.0,
+        )
 
     def _compared(
-        self, method: str, size: float, answer: tuple[tuple[Any, np.ndarray], ways.Errors], truth: tuple[Any, Any]
+        self, method: str, size: float, target: Target, given: tuple[ways.Answer, ways.Errors], truth: tuple[Any, Any]
     ) -> Iterator[Row]:
-        (projection, flexibility), errors = answer
-        target = projection.target
+        (answer, errors), flexibility = given, given[0].flexibility
 
         def row(quantity: str, stated: float, true: float) -> Row:
             return Row(self.part.name, method, quantity, size, abs(stated), abs(true))
 
-        true = np.sqrt(projection.values[: target.count]) / truth[0] - 1
+        true = np.sqrt(answer.reduced.values[: target.count]) / truth[0] - 1
         for stated, error in zip(errors.frequencies, true, strict=True):
-            if error > NOTED * true.max():
+            if abs(error) > NOTED * np.abs(true).max():
                 yield row("frequency", stated, error)
         for name, ends in self.columns.items():
             loads = target.loads[:, slice(*ends)]
             compliance = loads.T @ flexibility @ loads
             exact = loads.T @ truth[1] @ loads
             yield row("compliance", errors.compliances[name], largest_change(exact - compliance, compliance))
-        probes = ways.probes(flexibility)
-        ratios = [np.einsum("ck,cd,dk->k", probes, C, probes) for C in (truth[1], flexibility)]
+        forces = probes(flexibility)
+        ratios = [np.einsum("ck,cd,dk->k", forces, C, forces) for C in (truth[1], flexibility)]
         yield row("random forces", errors.rows, float(np.abs(ratios[0] / ratios[1] - 1).max()))
 
 
@@ -307,7 +311,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
         axes = figure.subplots(
             1, 2, gridspec_kw={"left": 0.07, "right": 0.98, "bottom": 0.14, "top": 0.82, "wspace": 0.2}
         )
-        colours = (style.GREY, style.BLUE, style.ORANGE, style.GREEN)
+        colours = (style.GREY, style.RED, style.BLUE, style.ORANGE, style.GREEN, style.INK)
         for method, colour in zip(methods, colours, strict=False):
             chosen = [row for row in rows if row.method == method and row.quantity == "frequency"]
             size, stated, true = np.array([(r.size, r.stated, max(r.true, 1e-14)) for r in chosen]).T

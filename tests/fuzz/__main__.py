@@ -6,7 +6,7 @@ import time
 from importlib import import_module
 
 NAMES = ("decks", "full_disk", "mesh_files", "out_folders", "records", "run_kills", "scenes", "signals", "solutions",
-         "writer_kills")  # fmt: skip
+         "superelements", "writer_kills")  # fmt: skip
 
 
 def run() -> None:

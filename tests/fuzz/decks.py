@@ -7,11 +7,13 @@ import tempfile
 import traceback
 import warnings
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from scipy.io import netcdf_file
 
+from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.pipeline.errors import PipelineError
 from gudgeon.pipeline.geometry.mesh_file import MeshFile
 from tests.fuzz.mutation import garbled
@@ -103,24 +105,40 @@ def exodus(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def judged(name: str, text: bytes, folder: Path) -> str:
-    """Read a deck and return how it ended; raises whatever is bad."""
-    path = folder / name
-    path.write_bytes(text)
+def ended(name: str, folder: Path, read: Callable[[], MeshRecord], where: re.Pattern[str]) -> str:
+    """Read what a mutated file belongs to and return how it ended; raises whatever is bad.
+
+    Args:
+        name: Of the file.
+        folder: Whose name, or that of the component, every refusal begins with.
+        read: Reads it.
+        where: Matches what refusals say of the place that is wrong.
+    """
     try:
         with limited(PATIENCE), warnings.catch_warnings():
             warnings.simplefilter("error")
-            mesh = MeshFile(kind="file", path=str(path)).build(None)
+            mesh = read()
     except PipelineError as error:
         said = str(error)
-        if len(said.splitlines()) != 1 or not said.startswith(str(folder)) or not WHERE.search(said):
+        if (
+            len(said.splitlines()) != 1
+            or not said.startswith((str(folder), "component.part"))
+            or not where.search(said)
+        ):
             raise Bad(f"{name}: not a line with its place: {said}") from error
-        return f"{path.suffix} refused"
+        return "refused"
     except Slow:
         raise Bad(f"{name}: more than {PATIENCE} s") from None
     if not np.isfinite(mesh.nodes).all() or mesh.cells.min() < 0 or mesh.cells.max() >= len(mesh.nodes):
         raise Bad(f"{name}: an unsound mesh was read")
-    return f"{path.suffix} read"
+    return "read"
+
+
+def judged(name: str, text: bytes, folder: Path) -> str:
+    """Read a deck and return how it ended; raises whatever is bad."""
+    path = folder / name
+    path.write_bytes(text)
+    return f"{path.suffix} {ended(name, folder, lambda: MeshFile(kind='file', path=str(path)).build(None), WHERE)}"
 
 
 def main(count: int, seed: int) -> Counter[str]:

@@ -215,6 +215,8 @@ def _check(job: Any, name: str, contact: Contact) -> None:
         component_table.interface[c.interface].surface
         for c in worn_contacts(job).values() if job.scene.component_of(c.body) == component
     }  # fmt: skip
+    if component_table.change.growth:
+        raise InputError(f"component.{component}.change.growth: given; a part that grows does not wear")
     moved = moved_surface(component_table, job.folder, component)
     if moved is not None:
         others.add(moved[0])

@@ -23,6 +23,12 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("gudgeon report data/beam-sphere --tolerance 0.1%", "the cheapest setting below 0.1 %"),
     ),
     "study": (("gudgeon study data/rod-wall --vary body.rod.velocity.0=0.1:1:10", "ten speeds, one table"),),
+    "family": (
+        (
+            "gudgeon family data/skirt --vary component.skirt.change.profile.offset=-2e-4:2e-4",
+            "designs to store, and the lines of the scene",
+        ),
+    ),
     "wear": (
         ("gudgeon wear data/clearance-joint/wear.toml --period 0.012", "worn depth over the angle, and a picture"),
         ("gudgeon wear data/piston/wear.toml --cycles 1e6", "worn depth of the skirt and of the liner"),

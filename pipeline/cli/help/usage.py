@@ -13,7 +13,7 @@ NEAR = 0.7
 """Least similarity of a name that is suggested, as of difflib."""
 
 GROUPS = {
-    "daily": ("new", "run", "mesh", "modes", "morph", "solve", "plot", "study", "wear"),
+    "daily": ("new", "run", "mesh", "modes", "morph", "solve", "plot", "study", "family", "wear"),
     "look": ("faces", "schema", "example", "status", "plan", "linear", "doctor", "completion"),
     "judge": ("report", "robustness"),
     "share": ("db", "serve", "export"),

@@ -5,11 +5,15 @@ A step solves with the residuals r = K X − M X Λ and takes the Ritz pairs of 
 steps of preconditioned conjugate gradients, column by column; 2 Fᵀ Y − Yᵀ K Y is stationary in them.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy import linalg
 
-from gudgeon.pipeline.design_change.family import Family
 from gudgeon.pipeline.design_change.projection import Projection, Target, independent
+from gudgeon.pipeline.design_change.ways.answer import Answer, Search
+
+Displaced = Callable[[np.ndarray], np.ndarray]
 
 SETTLED = 0.1
 """Change of an estimate by the last step of conjugate gradients over the estimate, at most."""
@@ -19,31 +23,35 @@ MOST = 10
 """Steps of conjugate gradients, at most."""
 
 
-def enriched(family: Family, projection: Projection, displacements: np.ndarray) -> tuple[Projection, np.ndarray]:
-    """Return a body in the basis of a family and refined displacements (dofs, w), and its flexibility [m/N], (c, c).
+def enriched(search: Search) -> Answer | None:
+    """Return a body in the basis of a family and of what the last step found.
 
     Displacements outside this basis have the flexibility that they have in the stored designs.
-
-    Args:
-        projection: The body in the basis of the family.
     """
-    extended = Projection(projection.target, displacements, projection)
-    return extended, extended.flexibility + family.remainder(projection, displacements)
+    if search.step is None:
+        return None
+    displacements = search.step.displacements
+    extended = Projection(search.target, displacements, search.projection)
+    flexibility = extended.flexibility + search.family.remainder(search.projection, displacements)
+    return Answer(extended, flexibility, search.step.direction)
 
 
 def refined(
-    target: Target, family: Family, vectors: tuple[np.ndarray, np.ndarray], direction: np.ndarray
+    target: Target, displaced: Displaced, vectors: tuple[np.ndarray, np.ndarray], direction: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return Ritz values (m,), vectors and the direction of a step (dofs, m), from a step with a stored factor.
+    """Return Ritz values (m,), vectors and the direction of a step (dofs, m).
 
     Args:
+        displaced: Displacement under balanced forces (dofs, k) by a factor.
         vectors: Ritz values [rad²/s²], (m,), and vectors (dofs, m).
-        direction: Of the step before, (dofs, d); (dofs, 0) at the first.
+        direction: Of the step before, (dofs, d).
     """
     values, X = vectors
     K, M = target.model.K, target.model.M
     KX, MX = K @ X, M @ X
-    added = np.column_stack([family.displaced(target, target.balanced(KX - MX * values)), direction])
+    added = displaced(target.balanced(KX - MX * values))
+    if direction is not None:
+        added = np.column_stack([added, direction])
     S = np.column_stack([X, added])
     stiffness, mass = (S.T @ np.column_stack(pair) for pair in ((KX, K @ added), (MX, M @ added)))
     turn = independent(stiffness)
@@ -55,21 +63,28 @@ def refined(
 
 
 def settled(
-    target: Target, family: Family, loads: np.ndarray, responses: np.ndarray, reference: np.ndarray
+    target: Target,
+    displaced: Displaced,
+    loads: np.ndarray,
+    responses: np.ndarray,
+    reference: np.ndarray,
+    negligible: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Return settled responses (dofs, k), their compliance (k, k), and whether it settled within `MOST` steps.
 
     Args:
+        displaced: Displacement under balanced forces (dofs, k) by a factor.
         loads: Forces on the rows, (c, k).
         responses: Displacements Y to begin with, without rigid motions, (dofs, k).
         reference: Compliance of each load whose error is estimated, (k,).
+        negligible: Change of an estimate over the compliance that need not settle.
     """
     forces = target.balanced(target.B.T @ loads)
     Y, R = responses, target.balanced(forces - target.model.K @ responses)
     compliance = stationary(forces, Y, R)
     direction, size = np.zeros_like(Y), np.ones(Y.shape[1])
     for step in range(MOST):
-        Z = family.displaced(target, R)
+        Z = displaced(R)
         product = np.einsum("dk,dk->k", R, Z)
         direction = Z + direction * (product / size if step else 0.0)
         size = np.maximum(product, np.finfo(float).tiny)
@@ -78,7 +93,7 @@ def settled(
         Y, R = Y + direction * length, R - K_direction * length
         before, compliance = compliance, stationary(forces, Y, R)
         change, estimate = np.abs((compliance - before).diagonal()), np.abs(compliance.diagonal() - reference)
-        if (change <= SETTLED * estimate + ROUND_OFF * reference).all():
+        if (change <= SETTLED * estimate + max(ROUND_OFF, negligible) * reference).all():
             return Y, compliance, True
     return Y, compliance, False
 

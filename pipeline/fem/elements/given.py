@@ -51,15 +51,16 @@ def given_model(mesh: MeshRecord, key: str) -> FEModel:
     constrained = np.ones(size, bool)
     constrained[dofs] = False
     motions = _unit_motions(mesh.nodes, each, size)
-    properties = _properties(motions.T @ (M @ motions), bool(constrained.any()))
+    properties = _properties(motions.T @ (M @ motions), bool(constrained.any()), key)
     if constrained.any():
         twists = _resting_twists(mesh, M, constrained, each, properties.centre)
-    elif (smallest_moment := float(np.linalg.eigvalsh(properties.inertia)[0])) > 0:
-        twists = solid_twists(properties)
     else:
-        raise InputError(
-            f"{key}.geometry: the mass has the moment of inertia {smallest_moment:.2g} kg m^2 about an axis; {UNFIT}"
-        )
+        moments = np.linalg.eigvalsh(properties.inertia)
+        if not moments[0] > np.finfo(float).eps * moments[-1]:
+            raise InputError(
+                f"{key}.geometry: the mass has the moment of inertia {moments[0]:.2g} kg m^2 about an axis; {UNFIT}"
+            )
+        twists = solid_twists(properties)
     # Dofs that are held have a stiffness, as those that a support holds, so that no row is empty.
     K = sparse.csr_matrix(K + sparse.diags(np.where(constrained, K.diagonal().mean(), 0.0)))
     axes = np.vstack([np.eye(3), np.zeros((3, 3))]) if each == 6 else np.eye(3)
@@ -137,12 +138,14 @@ def _unit_motions(nodes: np.ndarray, each: int, size: int) -> np.ndarray:
     return every
 
 
-def _properties(inertia: np.ndarray, constrained: bool) -> MassProperties:
+def _properties(inertia: np.ndarray, constrained: bool, key: str) -> MassProperties:
     """Return mass, centre and inertia from the mass matrix of unit motions about the origin, (6, 6).
 
     Where degrees of freedom are held their mass is not in the matrices; the mass is then that of the freest direction.
     """
     mass = float(inertia.diagonal()[:3].max() if constrained else inertia.diagonal()[:3].mean())
+    if not 0 < mass < np.inf:
+        raise InputError(f"{key}.geometry.mass: a translation of the body moves {mass:.2g} kg; {UNFIT}")
     lever = inertia[3:, :3]
     centre = np.array([lever[1, 2] - lever[2, 1], lever[2, 0] - lever[0, 2], lever[0, 1] - lever[1, 0]]) / (-2 * mass)
     about = inertia[3:, 3:] - mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))

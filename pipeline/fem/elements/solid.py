@@ -33,8 +33,8 @@ from gudgeon.pipeline.scenes.material import Material
 BATCH = 4096
 """Tetrahedra of ten nodes assembled at once, of other elements by the squares of their numbers of nodes: the largest
 work array is about 60 MB."""
-REDUCED_ORDER, UNSEEN = 2, 1e-6
-"""Degree of the rule of 2 × 2 × 2 points, and the share of the full stiffness with theirs."""
+REDUCED_ORDER, UNSEEN = 2, 1e-5
+"""Degree of the rule of 2 × 2 × 2 points, and the share of the full stiffness and mass with theirs."""
 STRAIGHT = 8 * np.finfo(float).eps
 """Largest distance of a mid-side node from the middle of its edge, over the largest coordinate."""
 
@@ -134,7 +134,8 @@ def _reduced(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the same by 2 × 2 × 2 points, as CalculiX does: motions that they do not see have no mass either.
 
-    `UNSEEN` of the stiffness in full integration keeps such motions of a single row of elements apart from rest.
+    `UNSEEN` of the stiffness and of the mass in full integration keep such motions of a single row of elements apart
+    from rest, and the mass positive.
     """
     full, _ = orders(cell_of(mesh))
     stiffness = (1 - UNSEEN) * _stiffness(mesh, material, cells, numbers, pairs, REDUCED_ORDER)
@@ -171,17 +172,19 @@ def _masses(
     mesh: MeshRecord, material: Material, cells: np.ndarray, numbers: np.ndarray, pairs: NodePairs
 ) -> np.ndarray:
     """Return masses (e, k); no gradients are needed at their more numerous points."""
-    cell = cell_of(mesh)
-    N, dN, W = reference(cell, _mass_order(mesh))
-    x = mesh.nodes[mesh.cells[cells]]
-    det = determinants(jacobians(x, dN))
-    refuse_degenerate(x, det, numbers[cells])
-    products = (N[pairs.first] * N[pairs.second]).T
-    return material.rho * ((det * W) @ products)
+    x, masses = mesh.nodes[mesh.cells[cells]], np.zeros((len(numbers[cells]), len(pairs.first)))
+    for order, fraction in _mass_orders(mesh).items():
+        N, dN, W = reference(cell_of(mesh), order)
+        det = determinants(jacobians(x, dN))
+        refuse_degenerate(x, det, numbers[cells])
+        masses += fraction * (det * W) @ (N[pairs.first] * N[pairs.second]).T
+    return material.rho * masses
 
 
-def _mass_order(mesh: MeshRecord) -> int:
-    return REDUCED_ORDER if "reduced" in mesh.formulations else orders(cell_of(mesh))[1]
+def _mass_orders(mesh: MeshRecord) -> dict[int, float]:
+    """Return the shares of the rules by which the mass of cells is integrated, by their degree."""
+    full = orders(cell_of(mesh))[1]
+    return {REDUCED_ORDER: 1 - UNSEEN, full: UNSEEN} if "reduced" in mesh.formulations else {full: 1.0}
 
 
 def mass_properties(mesh: MeshRecord, rho: float | np.ndarray, *, as_assembled: bool = False) -> MassProperties:
@@ -193,12 +196,12 @@ def mass_properties(mesh: MeshRecord, rho: float | np.ndarray, *, as_assembled: 
     """
     points, weights = [], []
     for rows, block in block_meshes(mesh):
-        cell = cell_of(block)
-        N, dN, W = reference(cell, _mass_order(block) if as_assembled else orders(cell)[1])
         x = mesh.nodes[block.cells]
         density = np.reshape(rho, (-1, 1)) if np.ndim(rho) == 0 else np.asarray(rho)[rows, None]
-        weights.append((density * W * determinants(jacobians(x, dN))).ravel())
-        points.append(np.matmul(N.T, x).reshape(-1, 3))
+        for order, fraction in (_mass_orders(block) if as_assembled else {orders(cell_of(block))[1]: 1.0}).items():
+            N, dN, W = reference(cell_of(block), order)
+            weights.append((fraction * density * W * determinants(jacobians(x, dN))).ravel())
+            points.append(np.matmul(N.T, x).reshape(-1, 3))
     return point_masses(np.concatenate(points), np.concatenate(weights))
 
 

@@ -14,6 +14,8 @@ ACROSS = 40
 AROUND = 36
 FINEST = 1 / 6
 """Least triangles on blends, over the largest."""
+MOST_ON_EDGES = 20_000
+"""Nodes on edges, above which curved faces get no finer triangles: of parts with a thousand fillets."""
 SECONDS = 60.0
 """CPU time after which a part is not meshed for a picture."""
 TRIANGLE = 2
@@ -31,11 +33,16 @@ def triangles_of(gmsh: Any, faces: Sequence[Face], scale: float) -> dict[str, np
         `numbers` of the faces (f,).
     """
     size = faces[0].extent / scale / ACROSS
-    for name, value in {"MeshSizeMax": size, "MeshSizeMin": FINEST * size, "MeshSizeFromCurvature": AROUND}.items():
-        gmsh.option.setNumber(f"Mesh.{name}", value)
     mesh = gmsh.model.mesh
-    mesh.clear()
     with at_most(SECONDS):
+        for finest, around in ((FINEST * size, AROUND), (size, 0)):
+            options = {"MeshSizeMax": size, "MeshSizeMin": finest, "MeshSizeFromCurvature": around}
+            for name, value in options.items():
+                gmsh.option.setNumber(f"Mesh.{name}", value)
+            mesh.clear()
+            mesh.generate(1)
+            if len(mesh.getNodes()[0]) <= MOST_ON_EDGES:
+                break
         mesh.generate(2)
     tags, positions, _ = mesh.getNodes()
     points = np.zeros((int(tags.max()) + 1, 3))

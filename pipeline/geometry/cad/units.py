@@ -23,6 +23,8 @@ CONVERSION = re.compile(r"CONVERSION_BASED_UNIT\s*\(\s*'([^']*)'\s*,\s*#(\d+)\s*
 MEASURE = re.compile(
     r"#(\d+)\s*=\s*\(?\s*LENGTH_MEASURE_WITH_UNIT\s*\(\s*LENGTH_MEASURE\s*\(\s*([-+.\deE]+)\s*\)\s*,\s*#(\d+)"
 )
+CONTEXT = re.compile(r"#(\d+)\s*=\s*\([^;]*?GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)")
+SHAPE = re.compile(r"SHAPE_REPRESENTATION\s*\(\s*'[^']*'\s*,\s*\([^)]*\)\s*,\s*#(\d+)\s*\)")
 AGREE = 1e-6
 """Relative difference of units that are the same: files write an inch as 25.4 or 0.0254."""
 
@@ -36,7 +38,8 @@ def kind_of_file(path: str) -> str:
     ending = Path(path).suffix.lower()
     if ending not in CAD_KINDS:
         allowed = ", ".join(CAD_KINDS)
-        raise InputError(f"{path}: ends in '{ending}', allowed: {allowed}; meshes are of kind 'file'")
+        others = "meshes are of kind 'file', matrices of kind 'matrices'"
+        raise InputError(f"{path}: ends in '{ending}', allowed: {allowed}; {others}")
     return CAD_KINDS[ending]
 
 
@@ -88,7 +91,9 @@ def _of_step(path: str, text: str) -> float | None:
     units = dict(INSTANCE.findall(text))
     based = {measures[match[2]][1] for body in units.values() if (match := CONVERSION.search(body)) and
              match[2] in measures}  # fmt: skip
-    lengths = {_step_unit(path, body, units, measures) for instance, body in units.items() if instance not in based}
+    contexts = {instance: set(re.findall(r"\d+", members)) for instance, members in CONTEXT.findall(text)}
+    of_shapes = set[str]().union(*(contexts.get(context, ()) for context in SHAPE.findall(text))) & units.keys()
+    lengths = {_step_unit(path, units[instance], units, measures) for instance in of_shapes or units.keys() - based}
     if len(lengths) > 1:
         have = ", ".join(f"{length:g} m" for length in sorted(lengths))
         raise InputError(f"{path}: states several units of length ({have}); allowed: one")

@@ -5,7 +5,7 @@ Own reading: classic netCDF files by scipy, those in HDF5 by h5py; meshio 5 need
 
 import re
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def read_variables(path: str, selects: Callable[[str], bool]) -> tuple[dict[str,
     """Return the variables of a file whose names are wanted, and the type of each block of elements.
 
     Raises:
-        InputError: it is missing or neither classic netCDF nor HDF5. A damaged one raises anything.
+        InputError: it is missing, damaged, or neither classic netCDF nor HDF5.
     """
     try:
         with open(path, "rb") as file:
@@ -60,22 +60,27 @@ def read_variables(path: str, selects: Callable[[str], bool]) -> tuple[dict[str,
         raise InputError(f"{path}: {error.strerror}; allowed: a file of Exodus II") from None
     if magic[:3] != CLASSIC and magic != HDF5:
         raise InputError(f"{path}: is neither classic netCDF nor HDF5; allowed: a file of Exodus II")
-    return (_classic if magic[:3] == CLASSIC else _hdf5)(path, selects)
+    with open(path, "rb") as stream:
+        try:
+            return (_classic if magic[:3] == CLASSIC else _hdf5)(stream, selects)
+        except Exception as error:  # Readers of binary files raise anything.
+            reason = " ".join(str(error).split())[:100] or type(error).__name__
+            raise InputError(f"{path}: byte {stream.tell()}: cannot be read as Exodus II ({reason})") from None
 
 
-def _classic(path: str, selects: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def _classic(stream: BinaryIO, selects: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     from scipy.io import netcdf_file
 
-    with netcdf_file(path, "r", mmap=False) as file:
+    with netcdf_file(stream, "r", mmap=False) as file:
         arrays = {name: np.array(variable.data) for name, variable in file.variables.items() if selects(name)}
         types = {name: _text(getattr(v, "elem_type", b"")) for name, v in file.variables.items()}
     return arrays, types
 
 
-def _hdf5(path: str, selects: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def _hdf5(stream: BinaryIO, selects: Callable[[str], bool]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     import h5py
 
-    with h5py.File(path, "r") as file:
+    with h5py.File(stream, "r") as file:
         arrays = {
             name: np.asarray(file[name]) for name in file if selects(name) and isinstance(file[name], h5py.Dataset)
         }

@@ -13,6 +13,7 @@ from gudgeon.pipeline.geometry.decks.exodus import read_exodus
 from gudgeon.pipeline.geometry.decks.model import Deck, Scope
 from gudgeon.pipeline.geometry.decks.nastran.deck import read_nastran
 from gudgeon.pipeline.geometry.decks.separate import of_elements
+from gudgeon.pipeline.geometry.decks.texts import refuse_packed
 from gudgeon.pipeline.geometry.decks.unv import read_unv
 
 READABLE = (
@@ -59,6 +60,7 @@ def read_deck(path: str, scope: Scope = WHOLE) -> Deck:
     """
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file; {READABLE}")
+    refuse_packed(path)
     ending = Path(path).suffix.lower()
     if scope != WHOLE and ending not in BODIES:
         return _of_set(path, scope)

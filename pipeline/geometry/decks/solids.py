@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
-from gudgeon.pipeline.geometry.cells import GMSH_ORDER, HEXAHEDRON20, TETRA10, Cell, mirrored
+from gudgeon.pipeline.geometry.cells import GMSH_ORDER, HEXAHEDRON20, TETRA10, Cell, mirrored, sides_of
 from gudgeon.pipeline.geometry.cells import Block as Rows
 from gudgeon.pipeline.geometry.decks.model import IN_FULL, MISSING, Block, Deck
 
@@ -57,7 +57,10 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
     solids = [block for block in deck.blocks if block.cell.dimension == 3]
     if not solids:
         have = ", ".join(sorted({block.cell.name for block in deck.blocks})) or "no cells"
-        raise InputError(f"{path}: the mesh has no solid cells, it has {have}; allowed: solids of {_allowed()}")
+        matrices = "" if deck.blocks else '; superelements are of kind "matrices"'
+        raise InputError(
+            f"{path}: the mesh has no solid cells, it has {have}; allowed: solids of {_allowed()}{matrices}"
+        )
     raised = _raised_notes(solids)
     solids = _by_cell(_one_order(solids, path))
     full, points = _with_middles(deck, solids, points)
@@ -78,7 +81,26 @@ def solid_of(deck: Deck, points: np.ndarray, path: str) -> Solid:
     if inside_out:
         notes.append(righted_note(inside_out, start))
     joined = {name: np.concatenate(rows) for name, rows in formulations.items()}
-    return Solid(points, len(deck.labels), tuple(_merged(blocks)), joined, tuple(notes))
+    merged = _merged(blocks)
+    notes += _single_in_full(merged, joined)
+    return Solid(points, len(deck.labels), tuple(merged), joined, tuple(notes))
+
+
+def _single_in_full(blocks: Sequence[Rows], formulations: dict[str, np.ndarray]) -> list[str]:
+    """Take cells without a neighbour out of those of reduced integration, in place; return a line where there are such.
+
+    2 × 2 × 2 points do not see six motions of a hexahedron alone.
+    """
+    if "reduced" not in formulations:
+        return []
+    owners, _, shared = sides_of(blocks)
+    single = np.setdiff1d(formulations["reduced"], owners[shared > 1])
+    if not len(single):
+        return []
+    formulations["reduced"] = np.setdiff1d(formulations["reduced"], single)
+    if not len(formulations["reduced"]):
+        del formulations["reduced"]
+    return [f"{len(single)} hexahedra of reduced integration share no face with another cell: computed in full"]
 
 
 def _formulated(block: Block, rows: np.ndarray, formulations: dict[str, list[np.ndarray]]) -> list[str]:

@@ -5,13 +5,13 @@ Own reading. gmsh reads groups of dataset 2467 only and drops groups of nodes; m
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.cells import CELLS, Cell
 from gudgeon.pipeline.geometry.decks.model import Block, Deck, Omission, Scope, Source, deck_of, whole
+from gudgeon.pipeline.geometry.decks.texts import deck_text
 
 FACES = {41: "triangle", 91: "triangle", 51: "triangle", 61: "triangle", 74: "triangle", 81: "triangle",
          42: "triangle6", 92: "triangle6", 52: "triangle6", 62: "triangle6", 72: "triangle6", 82: "triangle6",
@@ -140,7 +140,7 @@ def _length_unit(data: _Dataset) -> tuple[Source, float]:
 def _datasets(path: str) -> Iterator[tuple[int, _Dataset]]:
     """Yield number and lines of each dataset."""
     try:
-        lines = Path(path).read_text("utf-8-sig", errors="replace").splitlines()
+        lines = deck_text(path).splitlines()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; allowed: a universal file") from None
     k = 0

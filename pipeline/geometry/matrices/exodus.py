@@ -18,20 +18,16 @@ def read_reduced(path: str, names: tuple[str | None, str | None]) -> Given:
         InputError: the file is missing, damaged, or has no such matrices.
     """
     K_name, M_name = names[0] or STIFFNESS, names[1] or MASS
-    try:
-        arrays = read_variables(path, lambda name: name in (K_name, M_name, ROWS))[0]
-    except InputError:
-        raise
-    except Exception as error:  # Readers of binary files raise anything.
-        reason = " ".join(str(error).split())[:100] or type(error).__name__
-        raise InputError(f"{path}: cannot be read as Exodus II ({reason})") from None
+    arrays = read_variables(path, lambda name: name in (K_name, M_name, ROWS))[0]
     if missing := [name for name in (K_name, M_name, ROWS) if name not in arrays]:
         raise InputError(f"{path}: has no variable {missing[0]}; allowed: reduced matrices with {ROWS}")
+    if wrong := [name for name in (K_name, M_name, ROWS) if arrays[name].dtype.kind not in "iuf"]:
+        raise InputError(f"{path}: the variable {wrong[0]} is not of numbers; allowed: reduced matrices with {ROWS}")
     rows = np.asarray(arrays[ROWS], np.int64)
     K, M = (np.asarray(arrays[name], float) for name in (K_name, M_name))
     if rows.ndim != 2 or rows.shape[1] != 2 or K.shape != (len(rows), len(rows)) or M.shape != K.shape:
-        raise InputError(f"{path}: {K_name} is {K.shape}, {M_name} {M.shape}, {ROWS} {rows.shape}; allowed: (N, N) and"
-                         " (N, 2)")  # fmt: skip
+        raise InputError(f"{path}: the variables {K_name} are {K.shape}, {M_name} {M.shape}, {ROWS} {rows.shape};"
+                         " allowed: (N, N) and (N, 2)")  # fmt: skip
     modal = rows[:, 0] <= 0
     labelled = np.column_stack([rows[:, 0], rows[:, 1] - 1])
     labelled[modal] = np.column_stack([-1 - np.arange(modal.sum()), np.full(modal.sum(), SCALAR)])

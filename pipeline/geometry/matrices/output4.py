@@ -8,7 +8,7 @@ Nastran Quick Reference Guide, OUTPUT4).
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ REAL = (1, 2)
 STRING = 1 << 16
 """Rows that a string's word has less of."""
 FORMAT = re.compile(r"(?:1P,)?(\d+)[ED](\d+)\.\d+", re.IGNORECASE)
-LARGEST = 1 << 28
+LARGEST = 1 << 24
 """Largest number of rows and columns."""
 
 
@@ -73,12 +73,60 @@ def read_output4(path: str) -> dict[str, sparse.csr_matrix]:
         data = Path(path).read_bytes()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; expected OUTPUT4") from None
+    order = next((order for order in "<>" if len(data) >= 4 and struct.unpack(f"{order}i", data[:4])[0] in HEADERS), "")
+    source = Records(data, order) if order else Lines(data.decode("ascii", "replace").split("\n"))
     try:
-        orders = [order for order in "<>" if struct.unpack(f"{order}i", data[:4])[0] in HEADERS]
-        pairs = _binary(data, orders[0]) if orders else _text(data.decode("ascii").splitlines())
-        return dict(pairs)
-    except (ValueError, struct.error, IndexError, StopIteration, MemoryError) as error:
-        raise InputError(f"{path}: cannot be read as OUTPUT4 ({str(error)[:80] or 'it ends early'})") from None
+        matrices = dict(_binary(source) if isinstance(source, Records) else _text(source))
+        if not matrices:
+            raise ValueError("it ends early")
+    except (ValueError, struct.error, IndexError, MemoryError) as error:
+        reason = str(error)[:80] or "it ends early"
+        raise InputError(f"{path}: {source.place}: cannot be read as OUTPUT4 ({reason})") from None
+    return matrices
+
+
+class Records:
+    """Records of a binary file, one after another."""
+
+    def __init__(self, data: bytes, order: str) -> None:
+        self._data = data
+        self.order = order
+        """Of the bytes, as `struct` has it."""
+        self.start = self.end = 0
+        """Bytes where the record that was read last begins and ends."""
+
+    @property
+    def place(self) -> str:
+        return f"byte {self.start}"
+
+    def __iter__(self) -> Iterator[bytes]:
+        while self.end < len(self._data):
+            self.start = self.end
+            size = struct.unpack_from(f"{self.order}i", self._data, self.start)[0]
+            content = self._data[self.start + 4 : self.start + 4 + size]
+            if size < 0 or len(content) < size:
+                raise ValueError("it ends early")
+            self.end = self.start + size + 8
+            yield content
+
+
+class Lines:
+    """Lines of a text file that are not blank, one after another."""
+
+    def __init__(self, lines: Sequence[str]) -> None:
+        self._lines = lines
+        self.number = 0
+        """Of the line that was read last, from 1."""
+
+    @property
+    def place(self) -> str:
+        return f"line {self.number}"
+
+    def __iter__(self) -> Iterator[str]:
+        for line_number, line in enumerate(self._lines, 1):
+            self.number = line_number
+            if text := line.rstrip():
+                yield text
 
 
 def _checked(columns: int, rows: int, kind: int, name: str) -> Header:
@@ -89,21 +137,10 @@ def _checked(columns: int, rows: int, kind: int, name: str) -> Header:
     return Header(columns, abs(rows), rows < 0 or rows >= STRING, name, kind == max(REAL))
 
 
-def _binary(data: bytes, order: str) -> Iterator[tuple[str, sparse.csr_matrix]]:
+def _binary(source: Records) -> Iterator[tuple[str, sparse.csr_matrix]]:
     """Yield the matrices of a binary file."""
-    start = 0
-
-    def record() -> bytes:
-        nonlocal start
-        size = struct.unpack_from(f"{order}i", data, start)[0]
-        content = data[start + 4 : start + 4 + size]
-        if size < 0 or len(content) < size:
-            raise ValueError("it ends early")
-        start += size + 8
-        return content
-
-    while start < len(data):
-        content = record()
+    order, records = source.order, iter(source)
+    for content in records:
         width = HEADERS.get(len(content))
         if width is None:
             raise ValueError(f"a header of {len(content)} bytes")
@@ -112,8 +149,7 @@ def _binary(data: bytes, order: str) -> Iterator[tuple[str, sparse.csr_matrix]]:
         header = _checked(columns, rows, kind, content[4 * width :].decode("ascii").strip())
         real = np.dtype(f"{order}f{8 if header.double or width == 8 else 4}")
         strings = Strings(header)
-        while True:
-            content = record()
+        for content in records:
             column, row, count = struct.unpack_from(f"{order}3{integer}", content)
             if column > header.columns:
                 break
@@ -126,6 +162,8 @@ def _binary(data: bytes, order: str) -> Iterator[tuple[str, sparse.csr_matrix]]:
                 length, row, offset = _string(header.bigmat, words, offset, f"{order}{integer}")
                 strings.add(column, row, np.frombuffer(words[offset : offset + length * width], real).astype(float))
                 offset += length * width
+        else:
+            raise ValueError("it ends early")
         yield header.name, strings.matrix()
 
 
@@ -161,9 +199,9 @@ class TextLayout(NamedTuple):
         return np.array([float(field.upper().replace("D", "E")) for field in fields[:count]])
 
 
-def _text(lines: list[str]) -> Iterator[tuple[str, sparse.csr_matrix]]:
+def _text(source: Lines) -> Iterator[tuple[str, sparse.csr_matrix]]:
     """Yield the matrices of a text file."""
-    rows = iter(line for line in lines if line.strip())
+    rows = iter(source)
     for line in rows:
         header, layout = _text_header(line)
         strings = Strings(header)
@@ -181,6 +219,8 @@ def _text(lines: list[str]) -> Iterator[tuple[str, sparse.csr_matrix]]:
                 length, start = _text_string(header.bigmat, key)
                 strings.add(column, start, layout.values(rows, length // (2 if header.double else 1)))
                 count -= length + (2 if header.bigmat else 1)
+        else:
+            raise ValueError("it ends early")
         yield header.name, strings.matrix()
 
 

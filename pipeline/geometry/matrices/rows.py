@@ -74,6 +74,8 @@ def centre_of_mass(system: SystemMatrices, points: np.ndarray) -> np.ndarray:
     inertia = motions.T @ (upper @ motions)
     inertia += inertia.T - motions.T @ (upper.diagonal()[:, None] * motions)
     lever, mass = inertia[3:, :3], inertia.diagonal()[:3].max()
+    if not mass > 0:  # The assembly names the node that has none.
+        return np.asarray(points.mean(axis=0))
     return np.array([lever[1, 2] - lever[2, 1], lever[2, 0] - lever[0, 2], lever[0, 1] - lever[1, 0]]) / (-2 * mass)
 
 

@@ -16,6 +16,10 @@ from gudgeon.pipeline.reduction.methods.macneal import macneal
 from gudgeon.pipeline.reduction.methods.reduction import ContactRows, Reduction, sagging_shapes, with_static
 from gudgeon.pipeline.scenes.modes import ModesSettings
 
+NEGATIVE = 10.0
+"""Negative eigenvalues of R that its stated error may leave, over this error, each row scaled by the root of its total
+flexibility."""
+
 
 def carried_macneal(
     family: Family, base: ModalRecord, keys: Sequence[str], tolerance: float
@@ -38,7 +42,7 @@ def carried_macneal(
         if answer is None:
             exact = macneal(model, rows, settings)
             return replace(exact, quality=exact.quality | {DESIGN: {"way": "recompute", "designs": list(keys)}})
-        completed = _completed(model, rows, answer, base)
+        completed = _completed(model, rows, answer, base, target.count)
         quality = completed.quality | {DESIGN: answer.quality() | {"designs": list(keys)}}
         return replace(completed, quality=quality)
 
@@ -60,15 +64,15 @@ def target_of(model: FEModel, rows: ContactRows, count: int) -> Target:
     return Target(model, rows.B, rows.wanted, rows.pressures, weights, count)
 
 
-def _completed(model: FEModel, rows: ContactRows, answer: Carried, base: ModalRecord) -> Reduction:
-    """Return the reduction of a projection: its Ritz vectors as normal modes, its static shapes, and R."""
-    projection, count = answer.projection, answer.projection.target.count
-    modes = NormalModes(np.sqrt(projection.values[:count]), projection.shapes(count), {})
+def _completed(model: FEModel, rows: ContactRows, taken: Carried, base: ModalRecord, count: int) -> Reduction:
+    """Return the reduction of an answer: its shapes as `count` normal modes, its static shapes, and R."""
+    answer = taken.answer.reduced
+    modes = NormalModes(np.sqrt(answer.values[:count]), answer.shapes(count), {})
     at_rows = (rows.B @ modes.Phi) / modes.angular_frequencies
-    R = answer.flexibility - at_rows @ at_rows.T
+    R = taken.answer.flexibility - at_rows @ at_rows.T
     pressures = np.column_stack([rows.pressures, rows.wanted])
-    static = projection.uncertified()
-    fields = np.column_stack([static[:, : rows.pressures.shape[1]], projection.responses(rows.wanted)])
+    static = answer.uncertified()
+    fields = np.column_stack([static[:, : rows.pressures.shape[1]], answer.responses(rows.wanted)])
     fields = fields - (modes.Phi / modes.angular_frequencies) @ (at_rows.T @ pressures)
     fields -= modes.Phi @ (modes.Phi.T @ (model.M @ fields))
     residual = Residual(R, total_scale(R, at_rows), fields)
@@ -78,4 +82,4 @@ def _completed(model: FEModel, rows: ContactRows, answer: Carried, base: ModalRe
     def shape_errors(frequencies: np.ndarray, shapes: np.ndarray) -> list[float]:
         return errors if len(errors) == len(frequencies) else [1.0] * len(frequencies)
 
-    return with_static(model, rows, modes, residual, sagging, shape_errors)
+    return with_static(model, rows, modes, residual, sagging, shape_errors, error=NEGATIVE * taken.errors.largest)

@@ -128,6 +128,8 @@ def with_static(
     residual: Residual,
     sagging: np.ndarray,
     shape_errors: Callable[[np.ndarray, np.ndarray], list[float]],
+    *,
+    error: float = 0.0,
 ) -> Reduction:
     """Return modes with static correction shapes, and R; see `completed`.
 
@@ -135,6 +137,7 @@ def with_static(
         residual: With the fields of pressures and of what else is wanted.
         sagging: Residual displacement under weights that get a shape, (dofs, k).
         shape_errors: Of frequencies (k,) and shapes (dofs, k) that are no proven normal modes.
+        error: Negative eigenvalues that R may have besides round-off, each row scaled as for `residual.scale`.
     """
     smooth = rows.wanted
     carried = (rows.B @ modes.Phi) / modes.angular_frequencies**2
@@ -153,7 +156,9 @@ def with_static(
         raise StageError(
             f"modes: orthogonality of static shapes {orthogonality:.2g}, allowed: {ORTHOGONALITY_TOLERANCE:g}"
         )
-    R, lowest_eigenvalue = _definite(static.residual_flexibility, residual.scale, _noise(model, frequencies))
+    R, lowest_eigenvalue = _definite(
+        static.residual_flexibility, residual.scale, max(_noise(model, frequencies), error)
+    )
     quality = modes.quality | {
         "basis_orthogonality": orthogonality,
         SHAPE_ERRORS: shape_errors(frequencies[proven:], Phi[:, proven:]),

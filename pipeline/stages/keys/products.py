@@ -82,6 +82,7 @@ def component_products(
     """
     base = mesh_product(name, component, folder)
     change = _profile(component, folder, name)
+    change |= {"growth": component.change.growth} if component.change.growth else {}
     moves = bool(change) and component.change.update != "reuse"
     mesh = _moved_mesh(name, base, change) if moves else base
     requested = {

@@ -10,6 +10,7 @@ import pytest
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import ModalRecord
 from gudgeon.pipeline.design_change import morph
+from gudgeon.pipeline.design_change.family import flexibility_of
 from gudgeon.pipeline.design_change.morph import Movement, move_nodes, moved_mesh, reuse
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.fem.elements.solid import mass_properties
@@ -301,3 +302,65 @@ def test_inner_nodes_follow_four_neighbours_by_inverse_squares_and_fade_towards_
     fade = to_still.min(axis=1) / (to_still.min(axis=1) + to_moved.min(axis=1))
     np.testing.assert_allclose(shift[inner], fade[:, None] * mean, rtol=0, atol=1e-12 * np.abs(shift).max())
     assert np.ptp(fade) > 0.1
+
+
+GROWN = 2e-3
+
+
+def grown_part(update: str, **change: object) -> Component:
+    """Return a free skirt that grows."""
+    shape = {"kind": "skirt", "outer_radius": 0.04296, "wall": 0.004, "height": 0.06, "crown": 0.008}
+    return Component.model_validate({
+        "geometry": shape, "mesh": {"size": 0.012}, "material": {"E": 71e9, "nu": 0.33, "rho": 2770},
+        "interface": {"thrust": {"surface": "skirt", "sector_deg": [-30, 30]}}, "modes": {"normal_count": 6},
+        "change": {"update": update, "growth": GROWN, **change},
+    })  # fmt: skip
+
+
+def test_growth_scales_modes_exactly(skirt_mesh: MeshRecord) -> None:
+    """Of a body whose lengths grow by s: ω/s, C/s, and mass s³; its true surfaces grow with it."""
+    part = grown_part("recompute")
+    mesh = skirt_mesh
+    moved = movement_of(part, Path(), "skirt")
+    assert moved is not None
+    larger = moved_mesh(mesh, moved)
+    assert larger.surfaces["skirt"].shape["radius"] == (1 + GROWN) * mesh.surfaces["skirt"].shape["radius"]
+    base, after = (reduce_component(m, "", part, "skirt") for m in (mesh, larger))
+    assert after.mass == pytest.approx(base.mass * (1 + GROWN) ** 3, rel=1e-12)
+    np.testing.assert_allclose(after.frequencies * (1 + GROWN), base.frequencies, rtol=1e-9)
+    C, grown_C = flexibility_of(base).diagonal(), flexibility_of(after).diagonal()
+    np.testing.assert_allclose(grown_C * (1 + GROWN), C, rtol=1e-6)
+    design = reuse(mesh, ("", ""), base, {"thrust": "skirt"}, moved, 2770.0)
+    np.testing.assert_allclose(design.points["thrust"], after.interfaces["thrust"].points, atol=1e-12)
+
+
+def test_growth_is_part_of_the_keys_of_mesh_and_design() -> None:
+    reused, certified, plain = (component_products("skirt", part, Path())
+                                for part in (grown_part("reuse"), grown_part("certified"),
+                                             grown_part("certified", growth=0.0)))  # fmt: skip
+    assert reused["mesh"].key == reused["base-mesh"].key
+    assert reused["morph"].inputs["profile"] == {"growth": GROWN}
+    assert certified["designs.0 mesh"].key == certified["base-mesh"].key != certified["mesh"].key
+    assert plain["mesh"].key == plain["base-mesh"].key
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"change": {"growth": 0.2}}, r"growth 0\.2 given; allowed: -0\.1 to 0\.1"),
+        (
+            {"interface": {"bore": {"kind": "traction", "surface": "inner", "spacing": 0.01}}},
+            "traction space of interface bore",
+        ),
+    ],
+)
+def test_growth_that_is_refused(tables: dict[str, object], message: str) -> None:
+    given = grown_part("reuse").model_dump(mode="json", exclude_unset=True) | tables
+    with pytest.raises(ValueError, match=message):
+        Component.model_validate(given)
+
+
+def test_a_plane_part_does_not_grow(skirt_mesh: MeshRecord) -> None:
+    plane = replace(skirt_mesh, cells=skirt_mesh.cells[:, :3], cell_type="triangle")
+    with pytest.raises(InputError, match=r"component\.a\.change\.growth: given; allowed for solids"):
+        move_nodes(plane, Movement(None, 0.0, "component.a.change.profile", GROWN))

@@ -124,7 +124,7 @@ FILES: list[tuple[dict[str, str], str]] = [
     ({"mass": ""}, r"part\.sti: holds one matrix; geometry\.mass is missing"),
     (
         {"stiffness": "broken.op4", "mass": "broken.op4"},
-        r"broken\.op4: cannot be read as OUTPUT4",
+        r"broken\.op4: line 1: cannot be read as OUTPUT4",
     ),
     ({"stiffness": "broken.full", "mass": "", "dofs": ""}, r"broken\.full: (cannot be read as a \.full|is read by)"),
 ]

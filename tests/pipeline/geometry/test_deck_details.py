@@ -1,5 +1,6 @@
 """Details of decks that are easily read otherwise than they are meant."""
 
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -76,3 +77,56 @@ def test_real_constants_as_a_command(tmp_path: Path) -> None:
     (tmp_path / "part.cdb").write_text(f"{text}R,1,0.5,0.5,0.5\n")
     (attachment,) = read(tmp_path / "part.cdb").attachments.values()
     assert attachment.mass == 0.5
+
+
+@pytest.mark.parametrize("end", ["N,R5.3,LOC,       -1,", "N,UNBL,LOC,       -1,"])
+def test_what_ends_a_block_of_nodes(end: str, tmp_path: Path) -> None:
+    (tmp_path / "part.cdb").write_text(CDB.format(spring="").replace("-1\nEBLOCK", f"{end}\nEBLOCK", 1))
+    assert read(tmp_path / "part.cdb").cell_type == "tetra10"
+
+
+def test_inner_nodes_of_incompatible_modes(tmp_path: Path) -> None:
+    """As decks of CalculiX list them behind the eight of an element."""
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    nodes = "".join(f"{n}, {x}., {y}., {z}.\n" for n, (x, y, z) in enumerate([*corners, (5, 5, 5)], 1))
+    text = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8I, ELSET=ALL\n1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9\n"
+    (tmp_path / "part.inp").write_text(text)
+    assert len(read(tmp_path / "part.inp").nodes) == 8
+    (tmp_path / "part.inp").write_text(text.replace("C3D8I", "C3D8"))
+    assert "has 11 nodes here, allowed: 8" in refusal(tmp_path / "part.inp")
+
+
+COMBIN39 = "".join(f"{k:9}" for k in (1, 2, 1, 1, 0, 0, 0, 0, 2, 0, 2, 1, 4)) + "\n"
+SPRINGS = {
+    "SPRING": ("part.inp", f"{BASE}*ELEMENT, TYPE=SPRING2, ELSET=A\n9, 1, 4\n*SPRING, ELSET=A, NONLINEAR\n1, 2\n"
+                           "-5., -0.1\n0., 0.\n9., 0.2\n"),
+    "CELAS1": ("part.bdf", f"{BDF['plain']}CELAS1,9,7,1,1,4,1\nPELAS,7,100.\nPELAST,7,5\n"),
+    "CBUSH": ("part.bdf", f"{BDF['plain']}CBUSH,9,7,1,4,,,,0\nPBUSH,7,K,100.\nPBUSHT,7,K,5\n"),
+    "COMBIN39": ("part.cdb", CDB.format(spring=COMBIN39).replace("ET,2,14\nKEYOPT,2,2,1", "ET,2,39")
+                 + "R,1,-0.1,-5.,0.,0.,0.2,9.\n"),
+}  # fmt: skip
+"""Nonlinear springs by the keyword that leaves them out."""
+
+
+@pytest.mark.parametrize("keyword", SPRINGS)
+def test_nonlinear_springs_are_left_out_by_their_keyword_alone(keyword: str, tmp_path: Path) -> None:
+    name, text = SPRINGS[keyword]
+    (tmp_path / name).write_text(text)
+    line = refusal(tmp_path / name)
+    assert f"{keyword} is not taken over" in line
+    assert f'geometry.leave_out = ["{keyword}"] leaves it out' in line
+    assert not read(tmp_path / name, leave_out=(keyword,)).relations
+
+
+def test_names_in_a_western_encoding(tmp_path: Path) -> None:
+    (tmp_path / "part.inp").write_bytes(f"** Stützfläche…\n{BASE}*NSET, NSET=FLÄCHE\n1, 2, 3\n".encode("cp1252"))
+    assert "FLÄCHE" in read(tmp_path / "part.inp").surfaces
+
+
+@pytest.mark.parametrize(("name", "text", "kind"), [
+    ("part.inp", gzip.compress(BASE.encode()), "compressed by gzip"), ("part.bdf", BASE.encode("utf-16"), "in UTF-16"),
+    ("part.inp.gz", gzip.compress(BASE.encode()), "compressed by gzip"),
+])  # fmt: skip
+def test_packed_decks_are_said_to_be(name: str, text: bytes, kind: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(text)
+    assert kind in refusal(tmp_path / name)

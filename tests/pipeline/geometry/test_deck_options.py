@@ -5,7 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gudgeon.pipeline.fem.assemble import build_model
+from gudgeon.pipeline.modes.normal import normal_modes
 from tests.fuzz.decks import UNV
+from tests.pipeline.geometry.matrix_files import STEEL
 from tests.pipeline.geometry.test_decks import POINTS, read, refusal
 
 MM = (
@@ -37,13 +40,39 @@ def test_a_universal_file_states_its_unit_of_length(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("option", "formulations"), [(0, ["reduced"]), (1, [])])
 def test_hexahedra_of_ansys_by_their_option(option: int, formulations: list[str], tmp_path: Path) -> None:
     """SOLID186 has 2 × 2 × 2 points, in full with KEYOPT(2) = 1."""
-    corners = np.array([[x, y, z] for z in (0, 1) for y, x in ((0, 0), (0, 1), (1, 1), (1, 0))], float)
+    assert list(read(archive(tmp_path / "part.cdb", 2, option)).formulations) == formulations
+
+
+def test_a_single_hexahedron_of_reduced_integration_is_computed_in_full(tmp_path: Path) -> None:
+    """2 × 2 × 2 points leave six of its motions without stiffness."""
+    mesh = read(archive(tmp_path / "part.cdb", 1, 0))
+    assert not mesh.formulations
+    assert "1 hexahedra of reduced integration share no face" in mesh.remarks["notes"][0]
+
+
+def test_short_rows_of_reduced_integration_have_modes(tmp_path: Path) -> None:
+    """Their mass is positive: the lowest frequency is that of full integration within 3 %."""
+    frequencies = []
+    for option in (0, 1):
+        mesh = read(archive(tmp_path / "part.cdb", 2, option))
+        model = build_model(mesh, STEEL)
+        frequencies.append(normal_modes(model, 5).angular_frequencies)
+    np.testing.assert_allclose(frequencies[0][:3], frequencies[1][:3], rtol=0.03)
+
+
+def archive(path: Path, count: int, option: int) -> Path:
+    """Write a row of SOLID186 with KEYOPT(2)."""
+    grid = [(x, y, z) for z in range(2 * count + 1) for y in range(3) for x in range(3) if x % 2 + y % 2 + z % 2 < 2]
+    label = {point: n for n, point in enumerate(grid, 1)}
+    corners = [(x, y, z) for z in (0, 2) for x, y in ((0, 0), (2, 0), (2, 2), (0, 2))]
     edges = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
-    points = [*corners, *((corners[a] + corners[b]) / 2 for a, b in edges)]
-    nodes = "".join(f"{n:9}{0:9}{0:9}" + "".join(f"{x:21.13E}" for x in p) + "\n" for n, p in enumerate(points, 1))
-    row = [1, 1, 1, 1, 0, 0, 0, 0, 20, 0, 1, *range(1, 9)]
-    element = "".join(f"{k:9}" for k in row) + "\n" + "".join(f"{k:9}" for k in range(9, 21)) + "\n"
-    path = tmp_path / "part.cdb"
+    points = [*corners, *(tuple((a + b) // 2 for a, b in zip(corners[i], corners[j], strict=True)) for i, j in edges)]
+    nodes = "".join(f"{n:9}{0:9}{0:9}" + "".join(f"{x:21.13E}" for x in p) + "\n" for n, p in enumerate(grid, 1))
+    rows = ""
+    for k in range(count):
+        members = [label[x, y, z + 2 * k] for x, y, z in points]
+        rows += "".join(f"{n:9}" for n in [1, 1, 1, 1, 0, 0, 0, 0, 20, 0, k + 1, *members[:8]]) + "\n"
+        rows += "".join(f"{n:9}" for n in members[8:]) + "\n"
     path.write_text(f"ET,1,186\nKEYOPT,1,2,{option}\nNBLOCK,6,SOLID\n(3i9,6e21.13e3)\n{nodes}-1\n"
-                    f"EBLOCK,19,SOLID\n(19i9)\n{element}       -1\n")  # fmt: skip
-    assert list(read(path).formulations) == formulations
+                    f"EBLOCK,19,SOLID\n(19i9)\n{rows}       -1\n")  # fmt: skip
+    return path

@@ -171,10 +171,11 @@ def test_dmig_with_scalar_points(tmp_path: Path, reduced: Reduced) -> None:
     np.testing.assert_allclose(omega, reduced.omega[:10], rtol=TEN_DIGITS)
 
 
-def test_exodus_with_a_map_of_rows(tmp_path: Path, reduced: Reduced) -> None:
+def exodus(path: Path, reduced: Reduced) -> Path:
+    """Write matrices as Sierra/SD does, modes before the boundary."""
     n = len(reduced.points)
     order = np.concatenate([3 * n + np.arange(8), np.arange(3 * n)])
-    labels, path = 7 * np.arange(1, n + 1), tmp_path / "se.nc4"
+    labels = 7 * np.arange(1, n + 1)
     with netcdf_file(str(path), "w", version=2) as file:
         for name, size in (("n", n), ("N", 3 * n + 8), ("two", 2)):
             file.createDimension(name, size)
@@ -187,6 +188,11 @@ def test_exodus_with_a_map_of_rows(tmp_path: Path, reduced: Reduced) -> None:
             ("cbmap", "i", ("N", "two"), np.concatenate([np.zeros((8, 2)), boundary])),
         ):  # fmt: skip
             file.createVariable(name, kind, shape)[:] = values
+    return path
+
+
+def test_exodus_with_a_map_of_rows(tmp_path: Path, reduced: Reduced) -> None:
+    path = exodus(tmp_path / "se.nc4", reduced)
     np.testing.assert_allclose(frequencies(stiffness=str(path)), reduced.omega[:10], rtol=ROUND_OFF)
 
 

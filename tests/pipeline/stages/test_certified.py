@@ -71,8 +71,19 @@ def test_one_design_takes_steps_with_its_factor(place: Path, exact: ModalRecord)
     assert any("modes by 'inverse' in 1 step from 1 stored design;" in line for line in notes)
 
 
+def test_a_part_that_grows_has_the_displacements_of_the_stored_one(place: Path) -> None:
+    growth = {f"{CHANGE}.growth": 1.5e-3}
+    modal, _ = solved(place, CERTIFIED | growth)
+    base, _ = solved(place, {})
+    assert modal.quality[DESIGN]["way"] == "project"
+    np.testing.assert_allclose(modal.frequencies * 1.0015, base.frequencies, rtol=1e-8)
+    assert modal.mass == pytest.approx(base.mass * 1.0015**3, rel=1e-12)
+    _, notes = solved(place, growth)
+    assert any("modes are reused; estimated change of frequencies by up to -0.15%" in line for line in notes)
+
+
 def test_a_tolerance_that_no_way_meets_ends_in_new_modes(place: Path, exact: ModalRecord) -> None:
-    modal, notes = solved(place, THINNER | CERTIFIED | {f"{CHANGE}.tolerance": 1e-9})
+    modal, notes = solved(place, THINNER | CERTIFIED | {f"{CHANGE}.tolerance": 1e-12})
     assert modal.quality[DESIGN]["way"] == "recompute"
     np.testing.assert_allclose(modal.frequencies, exact.frequencies, rtol=1e-9)
     assert any("modes are recomputed: from 1 stored design no way is within the tolerance" in line for line in notes)

@@ -57,7 +57,7 @@ def test_every_stage_has_sources(texts: Mapping[str, bytes], modules: Modules) -
     [
         ("pipeline.geometry.occ", ROOTS.keys() - {"solve", "plot", "report", "poses", "posegrid"}),
         ("pipeline.modes.lanczos", {"modes", "cyclic", "wheel", "measurement"}),
-        ("pipeline.design_change.estimate", {"morph", "sensitivity", "measurement"}),
+        ("pipeline.design_change.estimate", {"modes", "morph", "sensitivity", "measurement"}),
         ("solver.integrators.implicit.integrator", {"solve", "measurement", "report"}),
         ("pipeline.applications.wheel.response", {"cyclic", "wheel"}),
         ("modaldb.records.traction", ROOTS.keys() - {"poses", "posegrid"}),

@@ -127,6 +127,10 @@ READERS: Mapping[str, Callable[[Body, Keyword], None]] = {
 }  # fmt: skip
 
 
+INNER_NODES = {"C3D8I": 3}
+"""Nodes without a place that decks of CalculiX may list behind those of an element, for its incompatible modes."""
+
+
 def cell_of_kind(kind: str) -> Cell | None:
     """Return the cell of a type of element, None if it has none."""
     return next((CELLS[cell] for pattern, cell in KINDS if pattern.fullmatch(kind)), None)
@@ -139,6 +143,8 @@ def _gathered(rows: list[Line], count: int, kind: str) -> list[list[int]]:
     for row in rows:
         numbers = row.integers()
         pending = pending + numbers if pending else numbers
+        if kind in INNER_NODES and count < len(pending) <= count + INNER_NODES[kind]:
+            pending = pending[:count]
         if len(pending) > count:
             raise row.source.error(f"an element of TYPE={kind} has {len(pending) - 1} nodes here, allowed: {count - 1}")
         if len(pending) == count:

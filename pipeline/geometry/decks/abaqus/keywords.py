@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.model import FARTHEST, Source, whole
+from gudgeon.pipeline.geometry.decks.texts import deck_text
 
 DEPTH = 20
 """Levels of files that include each other."""
@@ -157,7 +158,7 @@ def _lines(path: str, deck: str, above: tuple[str, ...], named: Source | None = 
     if len(above) > DEPTH or path in above:
         raise (named or Source(path, 0)).error(f"*INCLUDE of {path}, which includes itself")
     try:
-        text = Path(path).read_text("utf-8-sig", errors="replace")
+        text = deck_text(path)
     except OSError as error:
         if named is None:
             raise InputError(f"{path}: {error.strerror}; allowed: a deck of Abaqus or CalculiX") from None

@@ -6,7 +6,6 @@ does not tell what else an archive has.
 
 import re
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from gudgeon.pipeline.geometry.decks.model import (
     deck_of,
     whole,
 )
+from gudgeon.pipeline.geometry.decks.texts import deck_text
 
 FORMAT = re.compile(r"\((\d+i\d+)(,\d+i\d+)*(,\d+[eg]\d+\.\d+(e\d+)?)?\)", re.IGNORECASE)
 """Widths of a block's columns, such as (3i9,6e21.13e3)."""
@@ -57,7 +57,7 @@ class Lines:
 
     def __init__(self, path: str) -> None:
         try:
-            text = Path(path).read_text("utf-8-sig", errors="replace")
+            text = deck_text(path)
         except OSError as error:
             raise InputError(f"{path}: {error.strerror}; allowed: an archive of CDWRITE") from None
         self.path, self.line_number, self._lines = path, 0, text.splitlines()
@@ -149,7 +149,8 @@ class _Archive:
 
     def _pass_over(self, keyword: str, words: list[str]) -> None:
         """Take a command that is no node, element or component."""
-        if keyword in MADE and not "".join(words[1:2]).upper().startswith("R"):
+        ends_block = keyword == "N" and words[2:3] == ["LOC"]  # N,R5.3,LOC,-1 and N,UNBL,LOC,-1
+        if keyword in MADE and not ends_block:
             raise self.lines.source.error(
                 f"the command {keyword}; allowed: an archive of CDWRITE in blocked form (NBLOCK, EBLOCK)"
             )

@@ -16,6 +16,8 @@ from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.axes import by_angles
 from gudgeon.pipeline.geometry.decks.model import SCALAR, Deck, Scope, deck_of
 
+WORD, HEAD = 4, 2
+"""Bytes of a word, and words before the numbers of a record."""
 INTEGERS, REALS = 0x80000000, 0x00000000
 """Kinds of number: 32-bit integers and doubles; others are single precision or packed."""
 SUB, FULL, SPARSE = 8, 8, 9
@@ -56,11 +58,16 @@ def read_substructure(path: str) -> Substructure:
         data = Path(path).read_bytes()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; allowed: a substructure of Ansys (.sub)") from None
+    if len(data) < WORD:
+        raise InputError(f"{path}: byte 0: it is empty; allowed: a substructure of Ansys (.sub)")
+    records = _Records(data)
     try:
-        return _read(path, data)
+        return _read(path, records)
     except (ValueError, struct.error, IndexError, OverflowError, MemoryError) as error:
         reason = str(error)[:80] or "it ends early"
-        raise InputError(f"{path}: cannot be read as a substructure of Ansys ({reason})") from None
+        raise InputError(
+            f"{path}: byte {records.start}: cannot be read as a substructure of Ansys ({reason})"
+        ) from None
 
 
 def read_substructure_deck(path: str, scope: Scope) -> Deck:
@@ -79,23 +86,26 @@ class _Records:
         self.data = data
         count = struct.unpack_from("<i", data)[0]
         self.order = "<" if 0 < count < 1 << 16 else ">"
-        self.next = 0
+        self.start = self.next = 0
+        """Byte where the record that was read last begins, and word where the next one does."""
 
     def read(self, kind: int, word: int | None = None) -> np.ndarray:
         """Return the numbers of a record of a kind, the next one by default."""
-        start = 4 * (self.next if word is None else word)
+        start = WORD * (self.next if word is None else word)
+        if not 0 <= start <= len(self.data) - HEAD * WORD:
+            raise ValueError(f"a pointer to byte {start} of {len(self.data)}")
+        self.start = start
         count, flags = struct.unpack_from(f"{self.order}iI", self.data, start)
-        content = self.data[start + 8 : start + 8 + 4 * count]
-        if start < 0 or count < 1 or len(content) < 4 * count:
-            raise ValueError(f"a record of {count} words at byte {start}")
+        content = self.data[start + HEAD * WORD : start + (HEAD + count) * WORD]
+        if count < 1 or len(content) < WORD * count:
+            raise ValueError(f"a record of {count} words")
         if flags != kind:
-            raise ValueError(f"a record of kind {flags:#x} at byte {start}, expected integers or doubles, unpacked")
-        self.next = start // 4 + count + 3
+            raise ValueError(f"a record of kind {flags:#x}, expected integers or doubles, unpacked")
+        self.next = start // WORD + count + HEAD + 1
         return np.frombuffer(content, f"{self.order}{'i4' if kind == INTEGERS else 'f8'}")
 
 
-def _read(path: str, data: bytes) -> Substructure:
-    records = _Records(data)
+def _read(path: str, records: _Records) -> Substructure:
     if records.read(INTEGERS)[0] != SUB:
         raise ValueError("a file of another kind")
     header = records.read(INTEGERS)
@@ -143,4 +153,6 @@ def _refuse(path: str, header: np.ndarray) -> None:
         "it has no degree of freedom": header[NODE_DOFS] < 1 or header[ROWS] < 1 or header[NODES] < 1,
     }  # fmt: skip
     if cause := next((text for text, applies in causes.items() if applies), ""):
-        raise InputError(f"{path}: {cause}; allowed: full symmetric matrices of stiffness and mass, as generated")
+        raise InputError(
+            f"{path}: by its header {cause}; allowed: full symmetric matrices of stiffness and mass, as generated"
+        )

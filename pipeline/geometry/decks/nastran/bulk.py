@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from gudgeon.pipeline.errors import InputError
 from gudgeon.pipeline.geometry.decks.model import FARTHEST, Source, whole
+from gudgeon.pipeline.geometry.decks.texts import deck_text
 
 DEPTH = 20
 """Levels of files that include each other."""
@@ -223,7 +224,7 @@ def _text_lines(path: str, folder: Path, above: tuple[str, ...], named: Source |
     if path in above or len(above) > DEPTH:
         raise (named or Source(path, 0)).error(f"INCLUDE of {path}, which includes itself")
     try:
-        raw = Path(path).read_text("utf-8-sig", errors="replace").splitlines()
+        raw = deck_text(path).splitlines()
     except OSError as error:
         if named is None:
             raise InputError(f"{path}: {error.strerror}; allowed: bulk data of Nastran") from None

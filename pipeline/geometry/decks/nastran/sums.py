@@ -45,7 +45,7 @@ def _rod(card: Card) -> Sum:
 
 
 def _bush(card: Card, by_name: Mapping[str, Sequence[Card]], grids: Grids) -> list[Sum]:
-    """Return the springs of a CBUSH along and about its axes; none of one that damps or is not half way.
+    """Return the springs of a CBUSH along and about its axes; none of one that damps, is nonlinear or not half way.
 
     Raises:
         InputError: its property or its axes are missing.
@@ -55,7 +55,8 @@ def _bush(card: Card, by_name: Mapping[str, Sequence[Card]], grids: Grids) -> li
     if not properties:
         raise card.source.error(f"CBUSH {card.integer(0)} names PBUSH {label}, which the deck does not have")
     stiffness = _bush_stiffness(properties[0])
-    if stiffness is None or card.text(8) not in ("", "0.5", ".5") or card.text(9) not in ("", "-1"):
+    nonlinear = label in {p.integer(0) for p in by_name.get("PBUSHT", [])}
+    if nonlinear or stiffness is None or card.text(8) not in ("", "0.5", ".5") or card.text(9) not in ("", "-1"):
         return []
     a, b = card.integer(2), card.integer(3, 0)
     x_a = grids.position(a, card.source)
@@ -120,10 +121,12 @@ def _bush_axes(card: Card, grids: Grids, x_a: np.ndarray, x_b: np.ndarray, stiff
 
 
 def _springs(by_name: Mapping[str, Sequence[Card]]) -> list[Sum]:
-    """Return the springs between grid points."""
+    """Return the springs between grid points, but for those whose stiffness PELAST varies."""
     pairs = [(card, k) for card in by_name.get("PELAS", []) for k in (0, 4) if card.text(k)]
     properties = {card.integer(k): card.real(k + 1) for card, k in pairs}
-    springs = [_spring(card, properties) for name in ("CELAS1", "CELAS2") for card in by_name.get(name, [])]
+    nonlinear = {card.integer(0) for card in by_name.get("PELAST", [])}
+    linear = [card for card in by_name.get("CELAS1", []) if card.integer(1, card.integer(0)) not in nonlinear]
+    springs = [_spring(card, properties) for card in [*linear, *by_name.get("CELAS2", [])]]
     return [spring for spring in springs if spring is not None]
 
 
