@@ -201,14 +201,24 @@ def _piece_starts(cell: Cell, pieces: int) -> np.ndarray:
     return np.array(upward + downward, float)
 
 
-def volume_error(mesh: MeshRecord) -> float:
-    """Return by how much the volume of a solid mesh is above that within its true surfaces, over its own [1].
+class ShapeErrors(NamedTuple):
+    """What the mass of a solid mesh of uniform density is above that within its true surfaces."""
 
-    The region between facets and true surface has the volume ∫ d·n dA with d from a point of a facet to the surface.
+    volume: float
+    """Volume and mass, over those of the mesh [1]."""
+    inertia: float
+    """Of a principal moment of inertia over it, or of the place of the centre over the radius of gyration, the larger
+    size [1]."""
+
+
+def shape_errors(mesh: MeshRecord) -> ShapeErrors:
+    """Return the errors of a solid mesh by the region between its facets and its true surfaces.
+
+    That region has the volume ∫ d·n dA with d from a point of a facet to the surface, and is taken to lie at d/2.
     """
     if not cell_of(mesh).solid or mesh.system is not None:
-        return 0.0
-    volume, counted = 0.0, set[tuple[int, ...]]()
+        return ShapeErrors(0.0, 0.0)
+    positions, volumes, counted = [np.zeros((0, 3))], [np.zeros(0)], set[tuple[int, ...]]()
     for surface in mesh.surfaces.values():
         if surface.areas is not None or surface.shape.get("kind") in (None, "plane"):
             continue
@@ -217,8 +227,22 @@ def volume_error(mesh: MeshRecord) -> float:
         counted.update(keys)
         if new.any():
             points, vectors = surface_points(mesh.nodes, replace(surface, facets=surface.facets[new]))
-            volume -= float(np.vdot(true_surface(points, vectors, surface.shape)[0] - points, vectors))
-    return volume / mass_properties(mesh, 1.0).mass if volume else 0.0
+            offsets = true_surface(points, vectors, surface.shape)[0] - points
+            volumes.append(-np.einsum("...i,...i->...", offsets, vectors).ravel())
+            positions.append((points + 0.5 * offsets).reshape(-1, 3))
+    excess, x = np.concatenate(volumes), np.concatenate(positions)
+    if not excess.any():
+        return ShapeErrors(0.0, 0.0)
+    properties = mass_properties(mesh, 1.0)
+    moments, axes = np.linalg.eigh(properties.inertia)
+    along = ((x - properties.centre) @ axes) ** 2
+    changes = excess @ (along.sum(axis=1)[:, None] - along) / moments
+    shift = (
+        np.linalg.norm(excess @ (x - properties.centre))
+        / properties.mass
+        / np.sqrt(moments.sum() / (2 * properties.mass))
+    )
+    return ShapeErrors(float(excess.sum()) / properties.mass, max(float(np.abs(changes).max()), float(shift)))
 
 
 def surface_weights(

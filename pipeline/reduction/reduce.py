@@ -9,6 +9,7 @@ from scipy import sparse
 
 from gudgeon.modaldb.records.mesh import MeshRecord
 from gudgeon.modaldb.records.modes import (
+    INERTIA_ERROR,
     VOLUME_ERROR,
     InertiaCouplings,
     InterfaceModes,
@@ -23,7 +24,7 @@ from gudgeon.pipeline.fem.supports import surface_nodes
 from gudgeon.pipeline.geometry.cells import cell_of
 from gudgeon.pipeline.interfaces.gauges import body_force_rows, gauge_rows, refuse_large
 from gudgeon.pipeline.interfaces.loads import LoadRows
-from gudgeon.pipeline.interfaces.points import ContactPoints, volume_error
+from gudgeon.pipeline.interfaces.points import ContactPoints, shape_errors
 from gudgeon.pipeline.interfaces.tie import Tie
 from gudgeon.pipeline.interfaces.traction_space import TractionSpace
 from gudgeon.pipeline.modes.flexibility import Flexibility
@@ -174,15 +175,16 @@ def _gauges(
 
 
 def _patches(sites: Mapping[str, ContactPoints | TractionSpace | Tie], mesh: MeshRecord) -> dict[str, Any]:
-    """Return the error of the mesh's volume, and of each patch how many functions it has, how many find no surface, and
-    how far nodes are off it [m]."""
+    """Return the errors of the mesh's volume and inertia, and of each patch how many functions it has, how many find no
+    surface, and how far nodes are off it [m]."""
     spaces = {name: s for name, s in sites.items() if isinstance(s, TractionSpace)}
     patches = {
         name: {"functions": s.size, "dropped": s.dropped, "off": s.off, "spacing": s.spacing.tolist()}
         for name, s in spaces.items()
         if s.chart["kind"] == "patch"
     }
-    return {VOLUME_ERROR: volume_error(mesh)} | ({"patches": patches} if patches else {})
+    errors = shape_errors(mesh)
+    return {VOLUME_ERROR: errors.volume, INERTIA_ERROR: errors.inertia} | ({"patches": patches} if patches else {})
 
 
 def _coupled(

@@ -49,8 +49,10 @@ class ModesSettings(Strict):
         ge=0,
         le=MOST,
         description="Number of elastic normal modes or Ritz vectors (default: 30; on bars with normal modes, as many as"
-        " the mesh resolves, 0.6 an element, from 30 to 180); 0: all, for reductions 'craig-bampton',"
-        " 'row-craig-bampton', 'interface', 'partial-interface' and 'attachment'; not used by reduction 'rigid'",
+        " the mesh resolves, 0.6 an element, from 30 to 180; of"
+        " reductions 'row-craig-bampton' and 'attachment' all, where they have fewer); 0: all, for reductions"
+        " 'craig-bampton', 'row-craig-bampton', 'interface', 'partial-interface' and 'attachment'; not used by"
+        " reduction 'rigid'",
     )
     static_count: int = Field(
         default=0,
@@ -111,6 +113,13 @@ class ModesSettings(Strict):
                 f"is for reduction 'normal+static', '{reduction}' given: R, or its other shapes, have what vectors add"
             )
         return value
+
+    def kept_of(self, available: int) -> int:
+        """Return how many of the coordinates that a reduction can have are kept: all for 0, at most the default where
+        none is given; more than there are where more are asked for."""
+        if "normal_count" not in self.model_fields_set:
+            return min(self.normal_count, available)
+        return self.normal_count or available
 
     @field_validator("normal_count")
     @classmethod

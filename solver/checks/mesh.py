@@ -4,8 +4,10 @@ A mesh is too stiff: each of its frequencies is too high by an error that the mo
 stress. A run whose modes have the lower frequencies, with the same steps, differs by what these errors leave in the
 result: phases that drift over an impact, waves that return too early. The static compliance to loads has an estimate of
 its own in the record: what of it the frequencies do not explain is in R, whose rows are larger in that run. `MARGIN`
-covers what is in neither, the shapes of the modes and R under contacts. What the points of a contact patch lack is an
-error of the force by itself, see `contact_points`.
+covers what is in neither, the shapes of the modes and R under contacts. Where nothing touches, modes that follow what
+drives them far below their frequencies bring their static share alone, and compliances have the error of that: that of
+their frequency counts by the square of how fast they move over how fast they would vibrate, see `_vibrating`. What
+the points of a contact patch lack is an error of the force by itself, see `contact_points`.
 """
 
 from collections.abc import Mapping
@@ -13,11 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gudgeon.modaldb.records.modes import LOAD_ERRORS, VOLUME_ERROR, ModalRecord
+from gudgeon.modaldb.records.modes import INERTIA_ERROR, LOAD_ERRORS, VOLUME_ERROR, ModalRecord
 from gudgeon.modaldb.records.trajectory import COARSE_MESHES, PATCH_POINTS, Trajectory
 from gudgeon.solver.checks.basis import Run, differences, fastest_body, touches
 from gudgeon.solver.checks.contact_points import patch_errors
-from gudgeon.solver.checks.readings import changes, readings
+from gudgeon.solver.checks.readings import TURNING, changes, readings
 from gudgeon.solver.errors import SceneError, SolverError
 from gudgeon.solver.result import Result
 from gudgeon.solver.system.bases.swaps import swaps_of
@@ -57,12 +59,17 @@ def with_mesh_estimates(system: System, trajectory: Trajectory, run: Run) -> Tra
 
 def _with_mass(system: System, trajectory: Trajectory) -> Trajectory:
     """Return a run with the errors by the volumes of its bodies' meshes: an impulse has that of a mass, as has a motion
-    under given forces, the force of an impact that of its root."""
-    largest = max(abs(float(body.modal.quality.get(VOLUME_ERROR, 0.0))) for body in system.bodies.values())
-    if not largest > 0:
+    under given forces, the force of an impact that of its root; rotations and moments that of the inertia, as has the
+    impulse of a body that turns."""
+    qualities = [body.modal.quality for body in system.bodies.values()]
+    mass = max(abs(float(quality.get(VOLUME_ERROR, 0.0))) for quality in qualities)
+    inertia = max(mass, *(abs(float(quality.get(INERTIA_ERROR, 0.0))) for quality in qualities))
+    if not inertia > 0:
         return trajectory
-    by_mass = {f"mesh.{name}": largest for name in readings(system, trajectory)}
+    turning = {name for name in readings(system, trajectory) if name.rpartition(".")[2] in (*TURNING, "moment_peak")}
+    by_mass = {f"mesh.{name}": inertia if name in turning else mass for name in readings(system, trajectory)}
     if touches(system, trajectory):
+        largest = inertia if turning else mass
         by_mass |= {"mesh.impulse": largest, "mesh.force": largest / 2}
     estimates = {name: trajectory.estimates.get(name, 0.0) + error for name, error in by_mass.items()}
     return replace(trajectory, estimates=trajectory.estimates | estimates)
@@ -82,7 +89,7 @@ def _with_patches(system: System, trajectory: Trajectory) -> Trajectory:
 
 def _with_frequencies(system: System, trajectory: Trajectory, run: Run) -> Trajectory:
     """Return a run with its errors due to the frequencies of the bodies' meshes."""
-    scene, corrected = system.scene, _all_corrected(system)
+    scene, corrected = system.scene, _all_corrected(system, _vibrating(system, trajectory))
     components = list(dict.fromkeys(scene.component_of(name) for name, m in corrected.items() if m is not None))
     if (
         swaps_of(system) is not None
@@ -132,25 +139,43 @@ def _continuum(system: System, modes: Mapping[str, ModalRecord]) -> System:
     return assembled(system.scene, bodies, system.terms, fields=system.fields, bores=system.bores)
 
 
-def _all_corrected(system: System) -> dict[str, ModalRecord | None]:
-    """Return the modal record of each body as `_corrected` does. Static shapes that hold a body at its drives or joints
-    keep their frequencies: with them the modes of the free body are none of those that vibrate."""
+def _vibrating(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """Return by which factors the errors of each body's frequencies count, (m,): (v̂/ω q̂)² of the largest rate and half
+    of the travel of each coordinate, at most 1; none where bodies touch or turn, whose modes all may vibrate."""
+    if touches(system, trajectory) or system.scene.capabilities.turns or not len(trajectory.frames):
+        return {}
+    travel = 0.5 * np.ptp(trajectory.frames, axis=0)
+    rates, factors = np.abs(trajectory.velocities).max(axis=0), {}
+    for name, body in system.bodies.items():
+        omega, start = body.modal.angular_frequencies, trajectory.coordinate_offsets[name] + body.rigid_count
+        span = slice(start, start + len(omega))
+        vibration = omega * travel[span]
+        relative_rate = np.divide(rates[span], vibration, out=np.ones(len(omega)), where=vibration > 0)
+        factors[name] = np.minimum(relative_rate, 1.0) ** 2
+    return factors
+
+
+def _all_corrected(system: System, factors: Mapping[str, np.ndarray] | None = None) -> dict[str, ModalRecord | None]:
+    """Return the modal record of each body as `_corrected` does, with factors of errors by body. Static shapes that
+    hold a body at its drives or joints keep their frequencies: with them the modes of the free body do not vibrate."""
     holds = bool(system.driving.drives) or bool(system.scene.hinges())
-    return {name: _corrected(body.modal, shapes=not holds) for name, body in system.bodies.items()}
+    weights = factors or {}
+    return {name: _corrected(b.modal, weights.get(name, 1.0), shapes=not holds) for name, b in system.bodies.items()}
 
 
-def _corrected(modal: ModalRecord, *, shapes: bool) -> ModalRecord | None:
+def _corrected(modal: ModalRecord, weights: np.ndarray | float, *, shapes: bool) -> ModalRecord | None:
     """Return a modal record with the estimated frequencies of the continuum, and its compliance to loads; None if there
     is no estimate.
 
     Args:
+        weights: Factors of the errors of frequencies, (m,).
         shapes: Whether static shapes have errors, too.
     """
     errors = np.zeros(len(modal.angular_frequencies))
     if modal.discretisation_errors is not None:
         errors = modal.discretisation_errors
         errors = _of_all_coordinates(modal.angular_frequencies, errors) if shapes else np.nan_to_num(errors, nan=0.0)
-        errors = np.clip(errors, 0.0, LARGEST)
+        errors = weights * np.clip(errors, 0.0, LARGEST)
     factors = _factors(modal, errors)
     if not errors.any() and (factors == 1).all():
         return None

@@ -29,7 +29,7 @@ NUMBERS = (
 """Quantities of contacts and joints that are compared by themselves."""
 MOTIONS = ("displacement", "rotation", "velocity", "angular_velocity")
 """Columns of `Trajectory.motion`, three each."""
-TURNING = ("rotation", "angular_velocity")
+TURNING = ("rotation", "angular_velocity", "angle_end")
 
 
 def readings(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
@@ -63,10 +63,10 @@ def _motions(system: System, trajectory: Trajectory) -> dict[str, np.ndarray]:
     histories = {}
     for name, motion in () if untouched else trajectory.motion.items():
         along = {kind: motion[:, 3 * i : 3 * i + 3] for i, kind in enumerate(MOTIONS)}
+        scales = _scales(system, trajectory, name) if system.contacts else _swings(system, name)
         if system.contacts:
-            scales = _scales(system, trajectory, name)
-            ends = {kind: _at_end(values) for kind, values in along.items()}
-            along = {kind: values for kind, values in ends.items() if _size(values) > AT_REST * scales[kind]}
+            along = {kind: _at_end(values) for kind, values in along.items()}
+        along = {kind: values for kind, values in along.items() if _size(values) > AT_REST * scales[kind]}
         histories |= {f"{name}.{kind}": values for kind, values in along.items()}
     return histories
 
@@ -82,6 +82,16 @@ def _scales(system: System, trajectory: Trajectory, name: str) -> dict[str, floa
     return {
         "displacement": speed * run.duration, "velocity": speed,
         "rotation": turning * run.duration, "angular_velocity": turning,
+    }  # fmt: skip
+
+
+def _swings(system: System, name: str) -> dict[str, float]:
+    """Return the motions of a pendulum of the size of a body under its weight, as `_scales` does; zeros without one."""
+    size, g = system.bodies[name].gyration, float(np.linalg.norm(system.scene.run.gravity))
+    swings = bool(g) and size > 0
+    return {
+        "displacement": size * swings, "velocity": np.sqrt(g * size),
+        "rotation": float(swings), "angular_velocity": np.sqrt(g / size) if swings else 0.0,
     }  # fmt: skip
 
 

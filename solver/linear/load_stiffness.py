@@ -26,6 +26,7 @@ from gudgeon.solver.bodies.placing import turned_vectors
 from gudgeon.solver.bodies.small_motion import FlexibleBody
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces.load_stiffness import LoadStiffness
+from gudgeon.solver.linear.left_out import left_out_note, travelling_notes
 from gudgeon.solver.linear.modes import free_motions, matrices, undamped
 from gudgeon.solver.linear.state import Linearised, linearised
 from gudgeon.solver.obstacles.bore import Bore
@@ -45,10 +46,6 @@ KEPT = 1e-7
 """Eigenvalue of the stiffness of loads over the largest below which it is left out."""
 MOST_PORTS = 120
 """Closed contact ports of which the stiffness that holds bodies is taken; others would add to it."""
-LENGTH = np.sqrt(12.0)
-"""Length of a bar over its radius of gyration."""
-UNKNOWN = 0.01
-"""Estimated share of the lowest stiffness of a body from which on stress that is not known is said."""
 LABEL = "load stiffness of "
 """Beginning of the names of its springs; those of scenes have no blanks."""
 
@@ -79,6 +76,8 @@ def with_load_stiffness(system: System, notes: list[str] | None = None) -> Syste
     """
     state = _at_rest(system) if _applies(system) else None
     if state is None:
+        if notes is not None:
+            notes += travelling_notes(system)
         return system
     scene, state = system.scene, _few(state)
     ports = balanced(state)
@@ -294,20 +293,10 @@ def _of_bores(state: Linearised, body: FlexibleBody, ports: np.ndarray) -> np.nd
 
 def _left_out(state: Linearised, body: FlexibleBody, ports: np.ndarray) -> str | None:
     """Return a sentence where contacts and pressures, whose stress is not known, may soften or stiffen a body."""
-    omega = body.modal.angular_frequencies
-    if not len(omega) or not state.system.scene.body[body.name].geometric_stiffness:
-        return None
     loads = body.modal.loads
     sizes = [float(np.linalg.norm(a.force)) for a in acting(state, ports, body.name)
              if a.interface not in loads or loads[a.interface].stress_stiffness is None]  # fmt: skip
-    largest_force = max(sizes, default=0.0)
-    relative_change = largest_force * np.pi**2 / (LENGTH * body.gyration * body.morph.mass * float(omega.min()) ** 2)
-    if relative_change < UNKNOWN:
-        return None
-    return (
-        f"body.{body.name}.geometric_stiffness: the stress of contact forces and pressures, up to {largest_force:.3g}"
-        f" N, may change its lowest stiffness by up to {relative_change:.1%}, which is not included"
-    )
+    return left_out_note(state.system, body, max(sizes, default=0.0), "contact forces and pressures")
 
 
 def _topples(state: Linearised, body: FlexibleBody, K: np.ndarray, free: np.ndarray) -> bool:

@@ -19,6 +19,8 @@ BALANCED = 1e-6
 OPPOSED = 1e-10
 """Work of an edge on a motion, relative to both, from which on it opposes the motion."""
 MOST_ROUNDS = 100
+ROUND_OFF = 1e-11
+"""Share of the largest load that is round-off."""
 UNDETERMINED = 1e-9
 """Displacement of ports by a rigid motion, relative to that by the strongest one, that is round-off."""
 
@@ -28,9 +30,36 @@ def determined(rows: np.ndarray) -> np.ndarray:
 
     Statics do not determine the others: an unknown for one would grow until its round-off moves the rows.
     """
-    _, strength, motions = np.linalg.svd(rows, full_matrices=False)
+    resisted = np.any(rows, axis=0)
+    _, strength, motions = np.linalg.svd(rows[:, resisted], full_matrices=False)
     strong = strength > UNDETERMINED * strength.max(initial=0.0)
-    return np.eye(rows.shape[1]) if strong.sum() == rows.shape[1] else motions[strong]
+    basis = np.eye(int(resisted.sum())) if strong.sum() == resisted.sum() else motions[strong]
+    over_all = np.zeros((len(basis), rows.shape[1]))
+    over_all[:, resisted] = basis
+    return over_all
+
+
+def typical_compliance(compliances: np.ndarray, law: np.ndarray, rows: np.ndarray, load: np.ndarray) -> float:
+    """Return the largest compliance of ports, (n,), or that of rigid bodies on laws K and n, (l, 2): the inverse of its
+    slope, under a share of the load, (r,), on rows (n, r) [m/N]; 0 of none."""
+    largest = float(compliances.max(initial=0.0))
+    if largest > 0 or not (np.any(load) and np.any(rows)):
+        return largest
+    (K, exponent), mean_load = law.T, float(np.linalg.norm(load) / np.linalg.norm(rows))
+    return float(((mean_load / K) ** (1 / exponent)).max(initial=0.0)) / mean_load
+
+
+def carried(rows: np.ndarray, rigid_load: np.ndarray, *, rubs: bool, overlap: bool) -> np.ndarray | None:
+    """Return the loads on rigid motions that ports carry; None where friction leaves some, or without friction all and
+    points do not overlap.
+
+    What nothing holds moves bodies without friction as a whole, which are at rest across it.
+    """
+    tolerance = ROUND_OFF * np.abs(rigid_load).max(initial=0.0)
+    if rubs:
+        return rigid_load if (np.abs(rigid_load[~np.any(rows, axis=0)]) <= tolerance).all() else None
+    borne = rows.T @ np.linalg.lstsq(rows.T, rigid_load, rcond=1e-12)[0]
+    return borne if overlap or np.abs(borne).max(initial=0.0) > tolerance else None
 
 
 def cannot_balance(

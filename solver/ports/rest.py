@@ -6,10 +6,12 @@ holds it there exceeds μ λ_n. With y the gaps and the displacements of tangent
     y = g + C x + W_r δ,   0 ≤ λ_n ⊥ y_n ≥ 0,   λ_t = Π(λ_t − ρ y_t) onto the disc μ λ_n,   W_rᵀ x + f_r = 0,
 
 C = W_e Λ⁻¹ W_eᵀ + R + layers over the elastic coordinates, δ the small motion of the rigid ones onto their contacts.
-Springs and drives are further ports. Where no forces in the cones balance the loads on rigid motions, such as on too
-steep a slope, there is none (`balance`). Solved by the semismooth Newton's method of P. Alart and A. Curnier, Comput.
-Methods Appl. Mech. Engrg. 92 (1991) 353-375, with a proximal term, so that motions and forces which nothing determines
-stay as they are. Bodies for which it finds none start as they are placed, where no loads press them into each other.
+Springs and drives are further ports. A point that slides as the run starts, of a body that moves along its contacts or
+on a belt, has λ_t = −μ_k λ_n along its velocity, and motions that sliding alone opposes accelerate: those that move no
+normal and no point that sticks are not balanced. Where no forces in the cones balance the loads on rigid motions, such
+as on too steep a slope, there is none (`balance`). Solved by the semismooth Newton's method of P. Alart and A. Curnier,
+Comput. Methods Appl. Mech. Engrg. 92 (1991) 353-375, with a proximal term, so that motions and forces which nothing
+determines stay as they are. Bodies for which it finds none start as placed, where no loads press them into each other.
 """
 
 from collections.abc import Callable
@@ -18,10 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from gudgeon.solver.ports.balance import cannot_balance, determined
+from gudgeon.solver.ports.balance import cannot_balance, carried, determined, typical_compliance
 from gudgeon.solver.ports.field_start import in_fields
 from gudgeon.solver.ports.members import contact_ports, start_unknowns
-from gudgeon.solver.ports.still import any_still, still_groups
+from gudgeon.solver.ports.still import any_still, sliding_velocities, still_groups
 from gudgeon.solver.ports.surfaces import at_one_place, ports_over
 from gudgeon.solver.ports.table import Kind, Ports
 from gudgeon.solver.system.equilibrium import refuse_overlaps
@@ -32,8 +34,7 @@ CONVERGED = 1e-11
 """Residual relative to the largest force at which Newton's method ends."""
 PROXIMAL = (1e-10, 1e-7)
 """Shares of the proximal term that are tried, the least first: the method converges by this factor a step."""
-MOST_STEPS = 100
-MOST_HALVINGS = 16
+MOST_STEPS, MOST_HALVINGS = 100, 16
 MOST_PLACES = 8
 """Largest number of solutions with new places of points over the surfaces on which they settle."""
 BORDER = 1e-9
@@ -57,7 +58,7 @@ class _Statics:
     pull: np.ndarray
     """f_r, (r,)."""
     motions: np.ndarray
-    """Over the rigid coordinates that have rows, (r, c)."""
+    """Over the rigid coordinates of the bodies, (r, c)."""
     rho: np.ndarray
     """[N/m], (n,)."""
     normals: np.ndarray
@@ -70,6 +71,8 @@ class _Statics:
     """Of the normals with friction, (k,)."""
     friction: np.ndarray
     """Static and kinetic coefficient, (k, 2)."""
+    sliding: np.ndarray
+    """Unit velocities of the cones that slide, zero of others, (k, 2)."""
     springs: np.ndarray
     """Of springs."""
     stretched: np.ndarray
@@ -82,7 +85,7 @@ class _Statics:
 def at_rest(system: System, notes: list[str] | None = None) -> System:
     """Return a system that starts in equilibrium with its fields and, of bodies at rest on them, its contacts.
 
-    Bodies take part that have no velocity, no crank and no moving obstacle, and touch over a compliance.
+    Bodies take part that have no crank and no velocity but along their contacts, and touch over a compliance.
 
     Args:
         notes: Receives a sentence for bodies that have no equilibrium and start as placed.
@@ -143,7 +146,10 @@ def _slides(statics: _Statics, friction: np.ndarray) -> bool:
     stiff = [statics.tension.stiffness[row] > 0 or row in statics.tension.knots for row in statics.stretched]
     both = np.concatenate([statics.springs[np.array(stiff, np.bool_)], statics.drives])
     pressing = np.concatenate([statics.normals, statics.laws])
-    return cannot_balance(statics.rows, statics.pull, pressing, (statics.cones, friction), both)
+    rows, slides = statics.rows.copy(), np.any(statics.sliding, axis=1)
+    for cone, unit, mu in zip(statics.cones[slides], statics.sliding[slides], statics.friction[slides, 1], strict=True):
+        rows[cone] -= mu * unit @ rows[cone + 1 : cone + 3]
+    return cannot_balance(rows, statics.pull, pressing, (statics.cones[~slides], friction[~slides]), both)
 
 
 def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None:
@@ -186,39 +192,26 @@ def _statics(system: System, ports: Ports, bodies: list[int]) -> _Statics | None
     free[drives[drives >= 0]] -= system.driving.driven(np.zeros(1))[0, drives >= 0, 0]
     springs = local[ports.numbers([f"force.{name}" for name in system.scene.springs()])]
     rows, diag = ports.rows.among(members, rigid), C.diagonal()
-    resisted, load = np.any(rows, axis=0), _carried(rows, force[rigid], rubs=bool(cones), overlap=overlap)
+    sliding = sliding_velocities(system, ports, members[np.array(cones, int)])
+    slid, held_rows = np.array(cones, int)[np.any(sliding, axis=1)], rows.copy()
+    held_rows[[*(slid + 1), *(slid + 2), *(springs[springs >= 0] if len(slid) else ())]] = 0.0
+    load = carried(held_rows, force[rigid], rubs=bool(cones) and not len(slid), overlap=overlap)
     if load is None or not (diag[normals] > 0).all():
         return None
-    typical = float(diag.max(initial=0.0))
-    if not typical > 0:  # Rigid bodies on laws: their slope under a share of the load.
-        (K_law, exponent), mean_load = np.vstack(law).T, float(np.linalg.norm(load) / np.linalg.norm(rows))
-        typical = float(((mean_load / K_law) ** (1 / exponent)).max(initial=0.0)) / mean_load if mean_load > 0 else 0.0
+    typical = typical_compliance(diag, np.vstack(law), rows, load)
     if not typical > 0:
         return None
     rho = 1 / np.where(diag > 1e-9 * typical, diag, typical)
     t1, t2 = np.array(cones, int) + 1, np.array(cones, int) + 2
     both = diag[t1] + diag[t2]  # Above the larger eigenvalue of the 2 × 2 block of the tangents.
     rho[t1] = rho[t2] = 1 / np.where(both > 1e-9 * typical, both, typical)
-    motions = determined(rows[:, resisted])
+    motions = determined(held_rows)
     return _Statics(
-        ports=members, free=free, compliance=C, rows=rows[:, resisted] @ motions.T, pull=motions @ load[resisted],
+        ports=members, free=free, compliance=C, rows=rows @ motions.T, pull=motions @ load,
         motions=motions, rho=rho, normals=np.array(normals, int), laws=np.array(laws, int), law=np.vstack(law),
-        cones=np.array(cones, int), friction=np.vstack(friction), springs=springs[springs >= 0],
+        cones=np.array(cones, int), friction=np.vstack(friction), sliding=sliding, springs=springs[springs >= 0],
         stretched=np.flatnonzero(springs >= 0), tension=system.springs, drives=drives[drives >= 0],
     )  # fmt: skip
-
-
-def _carried(rows: np.ndarray, rigid_load: np.ndarray, *, rubs: bool, overlap: bool) -> np.ndarray | None:
-    """Return the loads on rigid motions that ports carry; None where friction leaves some, or without friction all and
-    points do not overlap.
-
-    What nothing holds moves bodies without friction as a whole, which are at rest across it.
-    """
-    tolerance = CONVERGED * np.abs(rigid_load).max(initial=0.0)
-    if rubs:
-        return rigid_load if (np.abs(rigid_load[~np.any(rows, axis=0)]) <= tolerance).all() else None
-    carried = rows.T @ np.linalg.lstsq(rows.T, rigid_load, rcond=1e-12)[0]
-    return carried if overlap or np.abs(carried).max(initial=0.0) > tolerance else None
 
 
 def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:
@@ -237,7 +230,7 @@ def _guess(system: System, ports: Ports, statics: _Statics) -> np.ndarray:
 
 def _balanced(statics: _Statics, guess: np.ndarray) -> Equilibrium | None:
     """Return the forces (n,), the rigid motion (r,) and which cones slip (k,) of the equilibrium; None without one."""
-    slipped = np.zeros(len(statics.cones), np.bool_)
+    slipped = np.any(statics.sliding, axis=1)
     x = np.concatenate([guess, np.zeros(len(statics.pull))])
     tension = statics.tension
     if (tension.stiffness[statics.stretched] < 0).any():  # Loads that soften have equilibria far away, too.
@@ -249,7 +242,6 @@ def _balanced(statics: _Statics, guess: np.ndarray) -> Equilibrium | None:
         if solved is None:
             return None
         x, slips = solved
-        # What slips has the kinetic coefficient from then on, which lets others slip.
         if not (slips & ~slipped).any() or (statics.friction[:, 0] == statics.friction[:, 1]).all():
             n = len(statics.ports)
             forces, pressing = x[:n], np.concatenate([statics.normals, statics.laws])
@@ -328,6 +320,11 @@ def _derived(
     slips = np.zeros(len(slipped), np.bool_)
     for k, normal in enumerate(statics.cones):
         pair = np.array([normal + 1, normal + 2])
+        if (unit := statics.sliding[k]).any():
+            mu, slips[k] = statics.friction[k, 1], True
+            wrong[pair] = forces[pair] + mu * forces[normal] * unit
+            matrix[pair] = identity[pair] + mu * np.outer(unit, identity[normal])
+            continue
         trial = forces[pair] - rho[pair] * y[pair]
         mu = statics.friction[k, 1 if slipped[k] else 0]
         limit, length = mu * max(float(forces[normal]), 0.0), float(np.linalg.norm(trial))
@@ -369,7 +366,7 @@ def _placed(system: System, ports: Ports, bodies: list[int], statics: _Statics, 
     rigid = np.concatenate([np.arange(body.rigid.start, body.rigid.stop) for body in group])
     for body in group:
         position[body.elastic] = acting[body.elastic] / system.stiffness[body.elastic]
-    position[rigid[np.any(ports.rows.among(statics.ports, rigid), axis=0)]] += motion @ statics.motions
+    position[rigid] += motion @ statics.motions
     displacement = statics.free + statics.compliance @ forces + statics.rows @ motion
     contact_forces, pulls, loads = system.start_forces.copy(), system.start_pulls.copy(), system.loads.copy()
     rubbed, stretch = system.start_friction.copy(), system.start_stretch.copy()

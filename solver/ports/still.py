@@ -1,4 +1,4 @@
-"""Which bodies stand still at the start, in groups that touch each other or are joined by springs."""
+"""Which bodies stand still or slide at the start, in groups that touch each other or are joined by springs."""
 
 from collections.abc import Iterator
 
@@ -38,9 +38,6 @@ def still_groups(system: System, ports: Ports) -> Iterator[list[int]]:
         touches |= system.gap[contact.rows] <= depths[contact.rows]  # As placed: loads on their far sides part them.
         if touches.any():
             joined(pair)
-            settings = system.scene.contact[contact.name]
-            if np.any(getattr(settings.against, "velocity", 0.0)):
-                moving |= {int(body) for body in pair}
             touched.add(body_id[contact.body])
     for name in system.scene.springs():
         joined(ports.sides[ports.of(f"force.{name}").start])
@@ -51,12 +48,12 @@ def still_groups(system: System, ports: Ports) -> Iterator[list[int]]:
 
 
 def _leaves(system: System, name: str) -> bool:
-    """Whether the velocity of a body at the start changes a gap of it, pulls at a damper, or rubs."""
+    """Whether the velocity of a body at the start changes a gap, moves it over a surface, or pulls at a damper."""
     rates = system.velocity[system.bodies[name].coordinates]
     if not rates.any():
         return False
     contacts = [c for c in system.contacts if any(name == side[0] for side in c.sides) or c.master is not None]
-    if not contacts or any(c.master is not None or system.scene.contact[c.name].friction is not None for c in contacts):
+    if not contacts or any(c.master is not None for c in contacts):
         return True
     closing, round_off = system.rows @ system.velocity, ALONG * float(np.abs(rates).max())
     leaves = np.abs(closing) > round_off * system.rows.largest()
@@ -65,14 +62,29 @@ def _leaves(system: System, name: str) -> bool:
 
 
 def _moving(system: System) -> set[int]:
-    """Return the numbers of bodies with a velocity that is not along contacts, a crank, or a drive that moves at the
-    start."""
+    """Return the numbers of bodies with a velocity, their own or that of a drive, that is not along contacts, or with a
+    crank."""
     names = [j.joint.body for j in system.driving.joints]
-    rates = system.driving.driven(np.zeros(1))[0, :, 1]
-    start = 0
-    for drive, rows in system.driving.driven_rows():
-        count = rows.stop - rows.start
-        names += [drive.body] * bool(rates[start : start + count].any())
-        start += count
-    names += [name for name, body in system.bodies.items() if _leaves(system, name)]
+    names += [name for name in system.bodies if _leaves(system, name)]
     return {list(system.bodies).index(name) for name in names}
+
+
+def sliding_velocities(system: System, ports: Ports, cones: np.ndarray) -> np.ndarray:
+    """Return the unit velocities of cones that slide as the run starts, zero of those that do not, (k, 2).
+
+    Args:
+        cones: Numbers of their normals among all ports, (k,).
+    """
+    units, belts = np.zeros((len(cones), 2)), np.zeros(len(ports.offset))
+    for block in ports.blocks:
+        name = block.name.removeprefix("contact.")
+        if name in system.scene.contact and block.directions is not None:
+            velocity = np.asarray(getattr(system.scene.contact[name].against, "velocity", np.zeros(3)), float)
+            belts[ports.of(block.name)] = block.directions @ velocity
+    moved, fastest = ports.rows @ system.velocity, float(np.abs(system.velocity).max(initial=0.0))
+    round_off = ALONG * (fastest * ports.rows.largest() + np.abs(belts))
+    for k, cone in enumerate(cones):
+        rate = (moved - belts)[cone + 1 : cone + 3]
+        if (np.abs(rate) > round_off[cone + 1 : cone + 3]).any():
+            units[k] = rate / np.linalg.norm(rate)
+    return units

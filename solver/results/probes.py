@@ -18,6 +18,8 @@ ALIKE = 1e-3
 FOLLOWED = 0.6
 """Motion between two samples over the largest displacement up to which samples follow a vibration: one of amplitude A
 moves by A ω h between them, and its sampled peak is low by (ω h)²/8, 5 % there."""
+STILL = 1e-9
+"""Motion between two samples over the largest deformation of a place up to which it is round-off."""
 WRENCH = ("x", "y", "z", "moment x", "moment y", "moment z")
 
 
@@ -172,7 +174,8 @@ def unresolved(
             float(np.linalg.norm(u, axis=1).max(initial=0.0)) for u in ((q - system.position) @ W.T, rigid_motion)
         )
         between = interval * float(np.linalg.norm(v @ W.T, axis=1).max(initial=0.0))
-        if between > FOLLOWED * moved and moved + between > 0:
+        deformed = float(np.linalg.norm(q @ W.T, axis=1).max(initial=0.0))
+        if between > max(FOLLOWED * moved, STILL * deformed) and moved + between > 0:
             sentences.append(
                 f"probe.{name}: its history is that of samples {interval:.3g} s apart, between which its place moves by"
                 f" {between:.3g}, while it is seen up to {moved:.3g} away; increase run.samples"

@@ -112,8 +112,8 @@ PYTHON: list[Fault] = [
     *faults(
         "reduction", "pipeline/reduction/methods/attachment.py", REDUCTION,
         ("flexibility.solve(rows.B[columns].T.toarray())", "rows.B[columns].T.toarray()"),
-        ("if modes is None or mode_count < settings.normal_count:", "if modes is None:"),
-        ("settings.normal_count or mode_count", "mode_count"),
+        ("if modes is None or mode_count < count_kept:", "if modes is None:"),
+        ("lowest(modes, count_kept)", "lowest(modes, mode_count)"),
     ),
     *faults(
         "reduction", "pipeline/reduction/methods/reduction.py", REDUCTION,

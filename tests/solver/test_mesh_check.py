@@ -11,7 +11,7 @@ from gudgeon.pipeline.kinds import open_job, run
 from gudgeon.pipeline.stages.run import run_job
 from gudgeon.solver.integrators.curves import windowed
 from gudgeon.solver.simulate import simulate
-from tests.solver.systems import build, rod_records, rod_scene
+from tests.solver.systems import build, rigid_records, rod_records, rod_scene
 
 LIGHT = """
 component.mass.geometry = { kind = "rigid", mass = 0.246, points = { face = { at = [0, 0, 0], normal = [1, 0, 0] } } }
@@ -66,6 +66,21 @@ def test_the_mass_of_a_coarse_round_mesh_is_an_error_of_the_impulse(tmp_path: Pa
     estimates = simulate(system).estimates
     assert estimates["mesh.impulse"] == pytest.approx(0.014)
     assert estimates["mesh.force"] == pytest.approx(0.007)
+
+
+def test_the_inertia_of_a_coarse_round_mesh_is_an_error_of_rotations(tmp_path: Path) -> None:
+    """A free rotor under a torque: its turns have the error of the inertia, its path that of the mass."""
+    modal, morph = rigid_records(1.0, {}, (1e-3, 1e-3, 1e-3))
+    records = replace(modal, quality={"volume_error": -0.014, "inertia_error": 0.028}), morph
+    scene = {
+        "body": {"part": {}},
+        "force": {"t": {"kind": "torque", "body": "part", "direction": [0, 0, 1], "expression": "1e-3"},
+                  "f": {"kind": "force", "body": "part", "at": [0, 0, 0], "direction": [1, 0, 0], "expression": "1"}},
+        "run": {"duration": 1e-2, "samples": 20, "frames": 10},
+    }  # fmt: skip
+    estimates = simulate(build(tmp_path, records, scene)).estimates
+    assert estimates["mesh.part.displacement"] == pytest.approx(0.014)
+    assert estimates["mesh.part.angular_velocity"] == pytest.approx(0.028)
 
 
 def test_a_coarse_round_mesh_has_a_note(tmp_path: Path) -> None:

@@ -21,11 +21,12 @@ def attachment(model: FEModel, rows: ContactRows, settings: ModesSettings) -> Re
         shapes[:, columns] = flexibility.solve(rows.B[columns].T.toarray())
     modes = ritz_modes(model, shapes) if count else None
     mode_count = len(modes.angular_frequencies) if modes else 0
-    if modes is None or mode_count < settings.normal_count:
+    count_kept = settings.kept_of(mode_count)
+    if modes is None or mode_count < count_kept:
         raise InputError(
             f"modes.normal_count: {settings.normal_count} given, the {count} rows of the interfaces have {mode_count}"
             " independent attachment modes; request fewer, or 0 for all"
         )
-    reduction = completed(model, rows, lowest(modes, settings.normal_count or mode_count), flexibility)
+    reduction = completed(model, rows, lowest(modes, count_kept), flexibility)
     flexibility.free()
     return reduction

@@ -68,15 +68,14 @@ def row_craig_bampton(model: FEModel, rows: ContactRows, settings: ModesSettings
     static = [flexibility.solve((forces[k : k + BLOCK] @ rows.B).T) for k in range(0, len(forces), BLOCK)]
     modes = ritz_modes(model, np.column_stack([fixed, *static]))
     mode_count = len(modes.angular_frequencies)
-    if mode_count < max(1, settings.normal_count):
+    count_kept = settings.kept_of(mode_count)
+    if mode_count < max(1, count_kept):
         raise InputError(
             f"modes.normal_count: {settings.normal_count} given, {count} rows and {settings.fixed_count} modes with"
             f" rows held have {mode_count} coordinates; request fewer, or 0 for all"
         )
     quality = modes.quality | {"held_rows": count, "whole_fixed_count": whole_count}
-    reduction = completed(
-        model, rows, lowest(replace(modes, quality=quality), settings.normal_count or mode_count), flexibility
-    )
+    reduction = completed(model, rows, lowest(replace(modes, quality=quality), count_kept), flexibility)
     flexibility.free()
     return reduction
 

@@ -284,14 +284,10 @@ inline void press_surfaces(const Model& model, const Work& work, Vec sums) noexc
             const Index i = first + p;
             const Vec touch = work.touch[i];
             const double force = found.force[p];
+            if (f.by_law[s]) sums[LOST] += law_loss(model, work, i);
             if (force == 0.0) continue;
             push_point(model, work, s, p, force * three(found.direction[p]) + three(touch, Touch::DRAG));
             sums[WORK] += belt_power(model, work, i);
-            if (f.by_law[s]) {
-                const CVec law = model.touch_law[i];
-                const double depth = touch[Touch::DEPTH] + work.shift[i];
-                sums[LOST] += (touch[Touch::LAW] - law[0] * power_of(depth, law[1])) * touch[Touch::RATE];
-            }
             sums[LOST] += friction_loss(model, work, i);
         }
     }

@@ -203,6 +203,17 @@ inline double belt_power(const Model& model, const Work& work, Index i) noexcept
     return dot(three(work.touch[i], Touch::DRAG), three(model.touch_belt[i]));
 }
 
+/* Rate of what a law dissipates [W]: its force less the elastic part, per unit of indentation, times its rate.
+ *
+ * A contact that ends by its dashpot at a depth above zero presses no more, and the surface recovers without it. What
+ * approaches and does not touch yet is the end of a step that is tried. */
+inline double law_loss(const Model& model, const Work& work, Index i) noexcept {
+    const double depth = work.touch(i, Touch::DEPTH) + work.shift[i];
+    if (depth <= 0.0 || (!work.touching[i] && work.touch(i, Touch::RATE) > 0.0)) return 0.0;
+    const CVec law = model.touch_law[i];
+    return (work.touch(i, Touch::LAW) - law[0] * power_of(depth, law[1])) * work.touch(i, Touch::RATE);
+}
+
 /* Rate of what friction dissipates, and of what the spring of a cone stores, which `energy` takes off again [W]. */
 inline double friction_loss(const Model& model, const Work& work, Index i) noexcept {
     const CVec friction = model.touch_friction[i];
@@ -218,14 +229,12 @@ inline void press_touches(const Model& model, const Work& work, Vec sums) noexce
     set_touches(model, work);
     for (Index i = 0; i < model.touch_pair.size(); ++i) {
         const Vec touch = work.touch[i];
-        const double depth = touch[Touch::DEPTH] + work.shift[i];
-        if (!work.touching[i] || depth <= 0.0 || model.touch_shape[i] == SURFACE) continue;
+        if (model.touch_shape[i] == SURFACE) continue;
+        sums[LOST] += law_loss(model, work, i) * touch[Touch::STRETCH];
+        if (!work.touching[i] || touch[Touch::DEPTH] + work.shift[i] <= 0.0) continue;
         const Index a = 2 * model.touch_pair[i];
         press(model, work, a + 1, wrench_on_journal(model, work, i, three(touch, Touch::ARM)), 1.0);
         press(model, work, a, wrench_on_journal(model, work, i, three(touch, Touch::APART)), -1.0);
-        const CVec law = model.touch_law[i];
-        const double elastic = law[0] * power_of(depth, law[1]);
-        sums[LOST] += (touch[Touch::LAW] - elastic) * touch[Touch::RATE] * touch[Touch::STRETCH];
         sums[WORK] += belt_power(model, work, i);
         sums[LOST] += friction_loss(model, work, i);
     }

@@ -1,9 +1,9 @@
 """Kinds of random scenes by name: a function of a `Draw` each."""
 
 from tests.calibration.case import Kind
-from tests.calibration.kinds import contacts, frequencies, loads, mechanisms
+from tests.calibration.kinds import contacts, frequencies, loads, mechanisms, readings
 
-KINDS: dict[str, Kind] = {**contacts.KINDS, **loads.KINDS, **mechanisms.KINDS, **frequencies.KINDS}
+KINDS: dict[str, Kind] = {**contacts.KINDS, **loads.KINDS, **mechanisms.KINDS, **frequencies.KINDS, **readings.KINDS}
 
 LONG = (
     "rod on wall",

@@ -9,7 +9,7 @@ from gudgeon.pipeline.fem.elements.solid import mass_properties
 from gudgeon.pipeline.geometry.shapes.bar import Bar
 from gudgeon.pipeline.geometry.shapes.cylinder import Cylinder
 from gudgeon.pipeline.geometry.shapes.liner import Liner
-from gudgeon.pipeline.interfaces.points import contact_points, surface_coordinates, volume_error
+from gudgeon.pipeline.interfaces.points import contact_points, shape_errors, surface_coordinates
 from gudgeon.pipeline.scenes.interface import Interface
 from gudgeon.solver.obstacles import Bore
 
@@ -90,4 +90,16 @@ def test_the_error_of_the_volume_is_that_of_the_facets(shape: Cylinder | Liner, 
     mesh = shape.build(size)
     exact = mass_properties(mesh, 1.0).mass / volume - 1
     assert abs(exact) > 1e-6
-    assert volume_error(mesh) == pytest.approx(exact, rel=0.05)
+    assert shape_errors(mesh).volume == pytest.approx(exact, rel=0.05)
+
+
+def test_the_error_of_the_inertia_is_that_of_the_facets() -> None:
+    """A coarse cylinder lacks twice as much of its inertia about the axis as of its mass."""
+    R, length = 0.01, 0.05
+    mesh = Cylinder(kind="cylinder", radius=R, length=length).build(0.02)
+    moments = np.sort(np.linalg.eigvalsh(mass_properties(mesh, 1.0).inertia))
+    mass = np.pi * R**2 * length
+    exact = np.sort([mass * R**2 / 2, *[mass * (R**2 / 4 + length**2 / 12)] * 2])
+    relative = np.abs(1 - exact / moments).max()
+    assert relative > 1.5 * abs(shape_errors(mesh).volume)
+    assert shape_errors(mesh).inertia == pytest.approx(relative, rel=0.05)

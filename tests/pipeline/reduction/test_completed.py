@@ -14,6 +14,7 @@ from gudgeon.pipeline.modes.flexibility import Flexibility
 from gudgeon.pipeline.modes.normal import normal_modes
 from gudgeon.pipeline.reduction.methods import REDUCTIONS, ContactRows
 from gudgeon.pipeline.reduction.methods.reduction import _definite, completed, ritz_modes
+from gudgeon.pipeline.scenes.modes import ModesSettings
 from tests.contracts.test_reductions import block, plane
 from tests.pipeline.reduction.test_reductions import bar, settings
 
@@ -77,6 +78,16 @@ def test_attachment_modes_are_as_many_as_asked_for() -> None:
     more = whole.normal_count + 1
     with pytest.raises(InputError, match=rf"modes\.normal_count: {more} given, the .* have {more - 1} independent"):
         REDUCTIONS["attachment"](model, rows, settings("attachment", normal_count=more))
+
+
+@pytest.mark.parametrize("reduction", ["attachment", "row-craig-bampton"])
+def test_a_default_count_is_at_most_what_rows_have(reduction: str) -> None:
+    model, rows = block()
+    rows = replace(rows, pressures=np.empty((rows.B.shape[0], 0)))
+    fixed = {"fixed_count": 1} if reduction == "row-craig-bampton" else {}
+    whole = REDUCTIONS[reduction](model, rows, settings(reduction, normal_count=0, **fixed))
+    default = REDUCTIONS[reduction](model, rows, ModesSettings.model_validate({"reduction": reduction, **fixed}))
+    assert default.normal_count == min(30, whole.normal_count)
 
 
 def test_shapes_that_are_not_orthogonal_are_refused() -> None:

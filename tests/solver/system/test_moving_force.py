@@ -1,5 +1,6 @@
 """A force that travels over a traction space: exact where it stands still, second order where it moves."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from gudgeon.modaldb.records.modes import ModalRecord, TractionModes
 from gudgeon.modaldb.records.traction import spline_weights
 from gudgeon.solver.errors import SceneError
 from gudgeon.solver.forces import MovingForce
+from gudgeon.solver.linear.load_stiffness import with_load_stiffness
 from gudgeon.solver.scene.scene import Scene
 from gudgeon.solver.simulate import simulate
 from tests.solver.systems import build, march, plate_records
@@ -126,3 +128,17 @@ def test_scene_names_what_is_wrong() -> None:
         Scene.model_validate(wrong)
     with pytest.raises(ValidationError, match=r"'event' does not support force\.load"):
         Scene.model_validate(scene() | {"run": {"duration": 1e-3, "integrator": "event"}})
+
+
+@pytest.mark.parametrize(("force", "said"), [(FORCE, False), (1e9, True), (1e9, None)])
+def test_a_force_that_may_soften_its_body_is_said(force: float, said: bool | None, tmp_path: Path) -> None:
+    """The stiffness of loads is left out beside moving forces: a line names the key, unless it is false."""
+    system, notes = build(tmp_path, plate_records(), scene(force=force)), list[str]()
+    if said is None:
+        body = system.scene.body["part"].model_copy(update={"geometric_stiffness": False})
+        system = replace(system, scene=system.scene.model_copy(update={"body": {"part": body}}))
+    assert with_load_stiffness(system, notes) is system
+    named = [
+        note for note in notes if note.startswith("body.part.geometric_stiffness: the stress of weight, loads and")
+    ]
+    assert len(named) == int(said is True)

@@ -98,6 +98,20 @@ def test_tumbling_bodies_keep_energy_and_momenta(tmp_path: Path) -> None:
     assert found.momentum_residual < 1e-11
 
 
+@pytest.mark.parametrize("damping", [20.0, 200.0, 2000.0])
+def test_what_a_dashpot_leaves_in_a_surface_is_lost(damping: float, tmp_path: Path) -> None:
+    """A contact ends where spring and dashpot cancel, at a depth from which its surface recovers by itself."""
+    part = {"position": [0.05, 0.02, 0.02], "velocity": [0.5, 0.1, -1.0], "angular_velocity": [1.0, 2.0, 0.5]}
+    base = {"angular_velocity": [0.3, -0.4, 0.2], "mass": 3.0}
+    law = {"method": "penalty", "law": {"kind": "linear", "stiffness": STIFFNESS, "damping": damping}}
+    run = {"duration": 0.03, "samples": 10, "checks": False}
+    found = solved(
+        tmp_path, [[0.0, 0.0, 0.0]], bowl(0.5), {"part": part, "base": base}, run=run, contact=law
+    )  # fmt: skip
+    assert found.energy_drift < 1e-6
+    assert found.momentum_residual < 1e-11
+
+
 def test_friction_stops_what_slides(tmp_path: Path) -> None:
     """v² = v₀² − 2 μ g s on a flat surface, as Coulomb's, and the work of friction is the energy that is lost."""
     points = [[x, y, 0.0] for x in (-0.02, 0.02) for y in (-0.02, 0.02)]
