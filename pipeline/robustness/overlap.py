@@ -67,7 +67,7 @@ def _residual_motion(system: System, trajectory: Trajectory, multipliers: np.nda
         friction = trajectory.contacts[contact.name].friction
         if friction is not None and block.directions is not None:
             tangents = block.directions.reshape(len(numbers), -1, 3)[:, 1:]
-            forces[:, numbers[:, None] + [1, 2]] = np.einsum("fci,cki->fck", friction, tangents)
+            forces[:, np.add.outer(numbers, np.arange(1, 3))] = np.einsum("fci,cki->fck", friction, tangents)
     return (forces @ ports.residual)[:, normals]
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -106,9 +106,10 @@ def moved_along(base: T, stepped: Mapping[int, T], step: float, moved: float) ->
     if isinstance(base, float) or (isinstance(base, np.ndarray) and base.dtype.kind == "f"):
         return base + moved * difference(stepped, step)  # type: ignore[return-value]
     if isinstance(base, dict):
+        members = cast("Mapping[int, Mapping[str, Any]]", stepped)
         return {
-            n: moved_along(member, {k: of[n] for k, of in stepped.items()}, step, moved) for n, member in base.items()
-        }  # type: ignore[return-value,index]
+            n: moved_along(member, {k: of[n] for k, of in members.items()}, step, moved) for n, member in base.items()
+        }  # type: ignore[return-value]
     if not is_dataclass(base):
         return base
     changed = {

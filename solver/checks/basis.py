@@ -130,7 +130,7 @@ def _errors(system: System, trajectory: Trajectory, run: Run) -> dict[str, float
     for i, relative_changes in enumerate(
         _changes([system, *systems][: len(runs)], runs, windows, in_contact=in_contact)
     ):
-        error_sets.append({name: MARGIN * value / smooth.get(name, 2**i) for name, value in relative_changes.items()})
+        error_sets.append({name: MARGIN * value / smooth.get(name, 2.0**i) for name, value in relative_changes.items()})
     comparable = error_sets[-1]
     if not comparable:
         raise SolverError(ONE_COORDINATE)

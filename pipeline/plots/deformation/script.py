@@ -71,7 +71,7 @@ class Script:
     """With the frames of the film."""
     pace: Pace
     actors: list[Actor]
-    moment: Moment
+    moment: Moment[Skin | Thread]
     """Of the body with the hardest contact, or without contact of the one that deforms most."""
     scale: float
     travels: bool
@@ -139,7 +139,7 @@ def script_of(drawing: Drawing) -> Script | None:
 
 
 def _magnified(
-    drawing: Drawing, actors: Sequence[Actor], moment: Moment, sizes: Extents, strongest: Hardest | None
+    drawing: Drawing, actors: Sequence[Actor], moment: Moment[Skin | Thread], sizes: Extents, strongest: Hardest | None
 ) -> dict[str, Any]:
     """Return how the motion of bodies is magnified, and the obstacles beside them, as `Script` names them."""
     carries, landed, frames = False, None, np.arange(len(drawing.trajectory.frame_times))

@@ -6,6 +6,7 @@ body's gauges. A fixed obstacle is drawn where it touches the body as drawn.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 import pyvista as pv
@@ -36,13 +37,16 @@ FAINT = 0.45
 """Opacity of an obstacle, through which a body above it is seen from below."""
 
 
+Shown = TypeVar("Shown", bound=Skin | Thread)
+
+
 @dataclass(frozen=True)
-class Moment:
+class Moment(Generic[Shown]):
     """A body at one frame."""
 
     body: BodyMotion
     """On the points of the skin."""
-    skin: Skin | Thread
+    skin: Shown
     frame: int
     middle: np.ndarray
     """Point of action of the resultant on the body: mean of the contact points, weighted by force [m], (3,)."""
@@ -86,12 +90,12 @@ def values_where_known(skin: Skin) -> np.ndarray:
 
 def strongest_moment(
     drawing: Drawing, body: BodyMotion, triangles: int, fields: Mapping[str, np.ndarray] = EMPTY
-) -> Moment:
+) -> Moment[Skin]:
     """Return a body as a skin of so many triangles, at the frame that pictures show."""
     return moment_of(drawing, body, *skin_of(body, triangles, fields))
 
 
-def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Skin | Thread) -> Moment:
+def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Shown) -> Moment[Shown]:
     """Return a body with its skin, and the body's motion there, at the frame that pictures show."""
     strongest, presses, frame = drawing.hardest(body.name), drawing.presses(body.name), drawing.shown_frame(body)
     if strongest is None:
@@ -108,7 +112,7 @@ def moment_of(drawing: Drawing, body: BodyMotion, skinned: BodyMotion, skin: Ski
     return Moment(skinned, skin, frame, weights @ points / weights.sum(), outward, up, contact=strongest.contact)
 
 
-def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: Colouring) -> Figure:
+def _picture(drawing: Drawing, moment: Moment[Skin], values: np.ndarray, text: Colouring) -> Figure:
     """Return the body with magnified deformation and the force on it.
 
     Args:
@@ -139,7 +143,7 @@ def _picture(drawing: Drawing, moment: Moment, values: np.ndarray, text: Colouri
 
 
 def _render(
-    moment: Moment, displacement: np.ndarray, values: np.ndarray, seen: view.View, wall: pv.PolyData | None
+    moment: Moment[Skin], displacement: np.ndarray, values: np.ndarray, seen: view.View, wall: pv.PolyData | None
 ) -> Image:
     """Return the image of the body with a magnified displacement [m], (p, 3)."""
     body, skin = moment.body, moment.skin
@@ -163,7 +167,7 @@ def _render(
     return view.photograph(plotter, style.IMAGE, last=True)
 
 
-def _side(drawing: Drawing, moment: Moment, magnitude: np.ndarray) -> view.View:
+def _side(drawing: Drawing, moment: Moment[Skin], magnitude: np.ndarray) -> view.View:
     """Return the side from which most of the contact is seen; of those alike, the one of the end that deforms more."""
     angle = elevation(moment.body.nodes, moment.up, magnitude)
     sides = [view.looking(moment.outward, moment.up, AZIMUTH, e) for e in (angle, -angle)]

@@ -112,16 +112,16 @@ def _short(scene: SceneFile, name: str, window: float, quantities: Quantities) -
         if scene.run.window is not None or not 0 < lasts < WEIGHT * window:
             return []
         return [
-            f"contact.{name}: its hardest impact lasts {lasts:.3g} s, and force_peak is a mean over"
-            f" {WEIGHT * window:.3g} s, which is less than the largest force: modes without residual flexibility have"
+            f"contact.{name}: its hardest impact lasts {lasts:.3g} s, and force_peak is the mean over"
+            f" {window:.3g} s, taken twice, which is less than the largest force: modes without residual flexibility have"
             f" no force over less than their periods. Set contact.{name}.method = 'residual', or keep more modes"
         ]
     peak, resolved = (_value(quantities, f"{name}.{key}") for key in ("force_peak", "force_resolved"))
     return [
-        f"contact.{name}: force_peak, {peak:.4g} N, is a mean over {WEIGHT * window:.3g} s, as its hardest impact lasts"
-        f" about {window / SHARE:.2g} s; this is below the shortest period of the modes. The modes resolve the mean"
-        f" over {WEIGHT * _value(quantities, f'{name}.resolved_window'):.3g} s: {resolved:.4g} N. More modes resolve"
-        " the impact; run.window sets the window"
+        f"contact.{name}: force_peak, {peak:.4g} N, is the mean over {window:.3g} s, taken twice, as its hardest impact"
+        f" lasts about {window / SHARE:.2g} s; this is below the shortest period of the modes, which resolve"
+        f" {resolved:.4g} N, over {_value(quantities, f'{name}.resolved_window'):.3g} s. More modes resolve the impact;"
+        " run.window sets the window"
     ]
 
 

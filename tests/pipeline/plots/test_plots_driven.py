@@ -24,6 +24,7 @@ from gudgeon.pipeline.plots.base.hardest import hardest  # noqa: E402
 from gudgeon.pipeline.plots.base.surface import Cut, make_skin  # noqa: E402
 from gudgeon.pipeline.plots.contact.curves import across_energy, balance  # noqa: E402
 from gudgeon.pipeline.plots.contact.drive import crank_axis, cycles, drive_of, frame_degrees, shown_angle  # noqa: E402
+from gudgeon.pipeline.plots.contact.force_axes import windowed_force  # noqa: E402
 from gudgeon.pipeline.plots.driven.assembly import assemble  # noqa: E402
 
 PISTON = Path(__file__).resolve().parents[3] / "data" / "piston" / "coarse.toml"
@@ -120,10 +121,8 @@ def test_sides_of_the_cycle(drawing: Drawing) -> None:
     np.testing.assert_allclose(run.drive.axis, [0, 1, 0])
     assert run.drive.cycle == 720.0
     assert run.sides["thrust"].sum() > 0 > run.sides["anti"].sum()
-    times = drawing.trajectory.times
-    impulse = run.sides["thrust"].sum() * (times[1] - times[0])
-    # The points of a sector press in slightly different directions.
-    assert impulse == pytest.approx(drawing.trajectory.quantities["thrust.impulse"]["value"], rel=0.01)
+    force, _ = windowed_force(drawing.trajectory, "thrust")
+    assert run.sides["thrust"].sum() == pytest.approx(np.linalg.norm(force.sum(axis=0)), rel=0.01)
     assert frame_degrees(drawing, run.drive)[-1] == pytest.approx(736, rel=ROUND_OFF)
 
 
@@ -140,16 +139,19 @@ def test_all_pictures_show_the_largest_force(drawing: Drawing) -> None:
     assert len(trajectory.frame_times) > 8
     assert (np.diff(trajectory.frame_times) > 0).all()
     for name, contact in trajectory.contacts.items():
-        sizes = np.linalg.norm(contact.force, axis=1)
-        if not sizes.any():
+        if not contact.force.any():
             continue
         most = hardest(trajectory, [name])
         assert most is not None
-        assert (most.contact, most.force) == (name, pytest.approx(sizes.max(), rel=1e-14))
-        assert most.time == pytest.approx(trajectory.times[sizes.argmax()], rel=1e-14)
+        peak, when, window = (
+            trajectory.quantities[f"{name}.{key}"]["value"] for key in ("force_peak", "peak_time", "force_window")
+        )
+        assert (most.contact, most.force) == (name, peak)
+        assert abs(most.time - when) <= window
         assert trajectory.frame_times[most.frame] == pytest.approx(most.time, rel=1e-12)
-        # The state at the end of a sample presses about as hard as on its mean.
-        assert np.linalg.norm(contact.multipliers[most.frame].sum()) == pytest.approx(most.force, rel=0.1)
+        # The state presses as hard as within its window, at most as ever.
+        raw = trajectory.quantities[f"{name}.force_peak_raw"]["value"]
+        assert 0.9 * most.force < contact.multipliers[most.frame].sum() < 1.01 * raw
 
 
 def test_rigid_motion_is_what_the_scene_leaves(drawing: Drawing) -> None:
