@@ -20,6 +20,7 @@ from gudgeon.solver.system.system import System
 
 ACCURACY = 1e-3
 """Default of run.accuracy where steps are controlled."""
+TRYING = "the run was stopped while shorter steps were tried; its histories are whole, of the steps before"
 MOST_HALVINGS = 12
 """Largest number of halvings of the first step."""
 PATIENCE = 7
@@ -71,6 +72,7 @@ def controlled(
 
     A run whose errors stay above it at every step tried, or do not decrease, ends as `Result.INACCURATE` or, where the
     accuracy is the default, with its errors up to `STATED`. An energy error that no step changes is not the step's.
+    Where a finer run is stopped, the whole one before it is the result.
 
     Args:
         trajectory: The run of the largest steps.
@@ -85,6 +87,8 @@ def controlled(
         before, halvings = trajectory, halvings + jump
         finer = plan.finer(halvings, settings.samples)
         trajectory = run(finer)
+        if trajectory.result == Result.STOPPED.name and before.result == Result.FINISHED.name:
+            return replace(before, result=Result.STOPPED.name, counts=before.counts | {"reason": TRYING}), finer
         if trajectory.result not in (Result.FINISHED.name, Result.ENERGY.name):
             return trajectory, finer
         if before.result not in (Result.FINISHED.name, Result.ENERGY.name):

@@ -87,6 +87,13 @@ def family(
 ) -> FamilyReport:
     """Find the designs to store for a range of a component's profile, and keep their modes in the database.
 
+    >>> import gudgeon
+    >>> few = {"component.skirt.mesh.size": 0.03, "component.skirt.modes.normal_count": 4}
+    >>> found = gudgeon.family(gudgeon.example("skirt"), ["component.skirt.change.profile.offset=-2e-4:2e-4"],
+    ...                        tolerance=0.01, set=few)
+    >>> [design["offset"] for design in found.designs]
+    [0.0, -0.0002]
+
     Args:
         scene: File, mapping or model as `kinds.open_job` takes it.
         vary: One or two texts `component.NAME.change.profile.KEY=LOW:HIGH`, KEY `offset` or `scale`.

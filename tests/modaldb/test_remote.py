@@ -249,6 +249,10 @@ def answering(*answers: bytes) -> Iterator[tuple[str, list[bytes]]]:
                         while missing > 0 and (more := connection.recv(65536)):
                             missing -= len(more)
                         connection.sendall(answer)
+                        connection.shutdown(socket.SHUT_WR)
+                        connection.settimeout(0.05)
+                        while connection.recv(65536):  # What it still sends, lest the answer be lost.
+                            pass
 
         thread = threading.Thread(target=serve, daemon=True)
         thread.start()

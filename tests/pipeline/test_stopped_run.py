@@ -76,7 +76,7 @@ def test_interrupted_run_keeps_its_frames(
 
 
 def test_stopped_run_is_the_beginning_of_the_whole_one(tmp_path: Path) -> None:
-    scene = rod_scene()
+    scene = rod_scene(checks=True)
     scene["run"] |= {"checks": False, "window": 1e-5}  # One run, of the first steps.
     system = build(tmp_path, rod_records(10), scene)
 
@@ -94,7 +94,7 @@ def test_stopped_run_is_the_beginning_of_the_whole_one(tmp_path: Path) -> None:
 
 
 def test_run_that_is_stopped_while_its_basis_is_estimated_is_whole(tmp_path: Path) -> None:
-    scene, ends = rod_scene(method="residual"), list[float]()
+    scene, ends = rod_scene(method="residual", checks=True), list[float]()
     scene["run"] |= {"step": 1e-6, "window": 1e-5}  # Not controlled, and no run finds the window.
     system = build(tmp_path, rod_records(10), scene)
 
@@ -107,6 +107,25 @@ def test_run_that_is_stopped_while_its_basis_is_estimated_is_whole(tmp_path: Pat
     assert found.result == Result.STOPPED.name
     assert "its histories are whole" in found.counts["reason"]
     assert found.times[-1] == pytest.approx(system.scene.run.duration)
+
+
+def test_run_that_is_stopped_while_shorter_steps_are_tried_is_that_of_the_steps_before(tmp_path: Path) -> None:
+    """The first run finds the window, the second has the first steps."""
+    system, ends = build(tmp_path, rod_records(10), rod_scene(method="residual", checks=True)), list[float]()
+
+    def stop(share: float) -> None:
+        ends.append(share)
+        if ends.count(1.0) >= 2 and 0.2 < share < 0.9:
+            raise RunStopped
+
+    stopped = simulate(system, stop)
+    assert stopped.result == Result.STOPPED.name
+    assert "its histories are whole, of the steps before" in stopped.counts["reason"]
+    assert stopped.times[-1] == pytest.approx(system.scene.run.duration)
+    whole = simulate(system)
+    assert stopped.counts["step"] > whole.counts["step"]
+    impulses = [run.quantities["wall.impulse"]["value"] for run in (stopped, whole)]
+    assert impulses[0] == pytest.approx(impulses[1], rel=1e-2)
 
 
 def test_second_interrupt_ends_at_once() -> None:

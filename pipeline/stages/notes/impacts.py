@@ -113,7 +113,7 @@ def _short(scene: SceneFile, name: str, window: float, quantities: Quantities) -
             return []
         return [
             f"contact.{name}: its hardest impact lasts {lasts:.3g} s, and force_peak is the mean over"
-            f" {window:.3g} s, taken twice, which is less than the largest force: modes without residual flexibility have"
+            f" {window:.3g} s, taken twice, less than the largest force: modes without residual flexibility have"
             f" no force over less than their periods. Set contact.{name}.method = 'residual', or keep more modes"
         ]
     peak, resolved = (_value(quantities, f"{name}.{key}") for key in ("force_peak", "force_resolved"))

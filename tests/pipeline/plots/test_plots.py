@@ -70,7 +70,7 @@ def test_pictures_of_a_skirt(skirt: Run, tmp_path: Path) -> None:
     assert np.ptp(film.astype(int), axis=0).max() > 100
     movie = imageio.imread(drawn[-1])
     assert movie.shape[1:] == (720, 960, 3)
-    assert len(movie) == 40
+    assert len(movie) == 42  # Two for each frame of the run.
     # The part above the force curve moves from each fourth frame to the next.
     change = np.abs(np.diff(movie[::4, 80:548, 8:776].astype(float), axis=0)).max(axis=(1, 2, 3))
     assert (change > 50).all()
@@ -99,7 +99,8 @@ def test_a_block_falls_onto_its_floor_in_the_movie(tmp_path: Path) -> None:
     assert script is not None
     assert script.landing is not None
     body, position = script.actors[0].body, script.actors[0].position
-    pressed = script.drawing.trajectory.contacts["floor"].multipliers.sum(axis=1) > 0
+    forces = script.drawing.trajectory.contacts["floor"].multipliers.sum(axis=1)
+    pressed = forces > 0.3 * forces.max()  # Forces are linear between the frames of the run, 25 µs apart.
     assert 1 / 3 <= pressed.mean() < 1
     assert script.pace.factor > 1
     assert script.pace.slow[pressed].all()
@@ -107,10 +108,10 @@ def test_a_block_falls_onto_its_floor_in_the_movie(tmp_path: Path) -> None:
         lowest = script.landing.places(body, position, frame, script.scale)[:, 2].min()
         own = max((body.nodes + position + body.total(frame))[:, 2].min(), 0.0)
         assert lowest == pytest.approx(script.landing.scale * own, abs=ROUND_OFF)
-        assert own < 1e-6 or not pressed[frame]
+        assert own < 2e-6 or not pressed[frame]
     drawn, _ = block.render(tmp_path / "pictures", pictures=MOVIE)
     assert movie._subtitle(script).endswith("grey: obstacle")
-    grey = np.abs(imageio.imread(drawn[-1]).astype(float)[:, 80:548, 8:776] - [218, 223, 228]).max(axis=3) < 8
+    grey = np.abs(imageio.imread(drawn[-1]).astype(float)[:, 80:548, 8:776] - [206, 210, 214]).max(axis=3) < 8
     assert (grey.mean(axis=(1, 2)) > 0.02).all()
 
 

@@ -151,7 +151,9 @@ def test_all_pictures_show_the_largest_force(drawing: Drawing) -> None:
         assert trajectory.frame_times[most.frame] == pytest.approx(most.time, rel=1e-12)
         # The state presses as hard as within its window, at most as ever.
         raw = trajectory.quantities[f"{name}.force_peak_raw"]["value"]
-        assert 0.9 * most.force < contact.multipliers[most.frame].sum() < 1.01 * raw
+        assert (
+            0.9 * most.force < contact.multipliers[most.frame].sum() < 1.05 * raw
+        )  # Points press in slightly different directions.
 
 
 def test_rigid_motion_is_what_the_scene_leaves(drawing: Drawing) -> None:
