@@ -179,7 +179,7 @@ def _with_friction(
 
 def _with_wear(trajectory: Trajectory, system: System, schedule: Schedule, histories: Histories) -> Trajectory:
     """Return a run with the wear of its contacts."""
-    sums = rubbed(system, schedule, histories.samples, histories.impulses)
+    sums = rubbed(system, schedule, histories.samples, histories.impulses, (histories.multipliers, histories.friction))
     return replace(
         trajectory,
         quantities=trajectory.quantities | worn_quantities(system, sums),

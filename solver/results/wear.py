@@ -2,7 +2,8 @@
 
 Of every frame each point's impulse ∫ F dt is that of the integrator, to round-off. It slides by the mean speed of the
 frame's samples, weighted by the resultant of the contact: V = k/H ∫ F |v| dt is exact where the speed is constant over
-a frame. Speeds are those of the rigid motions; what the surfaces slide by deforming is neglected.
+a frame. Speeds are those of the rigid motions; what the surfaces slide by deforming is neglected. Points that stick
+slide by nothing, although what they stick by vibrates.
 """
 
 from collections.abc import Sequence
@@ -17,17 +18,23 @@ from gudgeon.solver.obstacles import Plane
 from gudgeon.solver.results.contact_events import Quantity, named
 from gudgeon.solver.system.system import System
 
+STICKS = 0.999
+"""Friction over its limit, at both ends of a frame, below which a point sticks in that frame."""
+
 
 def wears(system: System) -> bool:
     """Whether a contact of a scene wears."""
     return any(c.wear is not None for c in system.scene.contact.values())
 
 
-def rubbed(system: System, schedule: Schedule, samples: Samples, impulses: np.ndarray) -> Json:
+def rubbed(
+    system: System, schedule: Schedule, samples: Samples, impulses: np.ndarray, forces: tuple[np.ndarray, np.ndarray]
+) -> Json:
     """Return what contacts that wear rubbed, `CONTACT` → sums.
 
     Args:
         impulses: Of every point until the end of each frame [N s], (f, c).
+        forces: Normal force and friction of every point at each frame [N], (f, c) and (f, c, 3).
 
     Returns:
         `load_distance`: force times sliding distance of each point [N m]; `against_load_distance`: the same of each
@@ -39,19 +46,30 @@ def rubbed(system: System, schedule: Schedule, samples: Samples, impulses: np.nd
         if wear is None:
             continue
         span = slice(0, len(impulses) * schedule.samples_per_frame)
-        forces = np.linalg.norm(samples.forces[span, i], axis=1)
-        counts = schedule.interval * np.arange(1, len(forces) + 1) > wear.after
+        resultants = np.linalg.norm(samples.forces[span, i], axis=1)
+        counts = schedule.interval * np.arange(1, len(resultants) + 1) > wear.after
         speeds = _speeds(system, contact, samples.snapshots[span])
         shape = len(impulses), schedule.samples_per_frame
-        weights = _weights(forces.reshape(shape), counts.reshape(shape))
+        weights = _weights(resultants.reshape(shape), counts.reshape(shape))
         normal_impulses = np.diff(impulses[:, contact.rows], axis=0, prepend=0.0)
         slide = np.maximum(normal_impulses, 0.0) * np.einsum("fs,fsc->fc", weights, speeds.reshape(*shape, -1))
+        if contact.name in system.rubbing:
+            slide[_stuck(system, contact, *forces)] = 0.0
         sums[contact.name] = {"load_distance": slide.sum(axis=0).tolist()}
         if contact.master is not None:
             positions = _places(system, contact, samples.snapshots[span]).reshape(shape)
             mean_positions = (weights * positions).sum(axis=1) / np.maximum(weights.sum(axis=1), np.finfo(float).tiny)
             sums[contact.name]["against_load_distance"] = _over_functions(contact, mean_positions, slide).tolist()
     return sums
+
+
+def _stuck(system: System, contact: ContactRows, normal: np.ndarray, friction: np.ndarray) -> np.ndarray:
+    """Return whether points stick at the start and at the end of each frame, (f, c)."""
+    limits = system.friction[contact.rows, 1] * normal[:, contact.rows]
+    at_ends = np.linalg.norm(friction[:, contact.rows], axis=2) < STICKS * limits
+    at_ends[1:] &= at_ends[:-1].copy()
+    at_ends[0] = False
+    return at_ends
 
 
 def worn_quantities(system: System, sums: Json) -> Json:
