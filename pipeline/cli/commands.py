@@ -240,7 +240,8 @@ def example_copy_command(options: argparse.Namespace) -> int:
     from gudgeon.pipeline.kinds.examples import copy_example
 
     target = copy_example(options.name, options.folder)
-    print(f"{target}: try `gudgeon run {shlex.quote(str(target))}`")
+    scene = target if (target / "scene.toml").exists() else min(target.glob("*.toml"))
+    print(f"{target}: try `gudgeon run {shlex.quote(str(scene))}`")
     return 0
 
 

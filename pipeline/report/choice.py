@@ -119,7 +119,8 @@ def in_its_basis(choice: Choice, runs: Sequence[Run], budget: Budget | None, ref
         return choice
     why = (
         f"{choice.run} meets {tick_text(choice.tolerance)} against the finest setting, but the basis error of"
-        f" {budget.run} is {term_text(term.bound)} ({term.of}): increase component.*.modes.normal_count, or fixed_count"
+        f" {budget.run} is {term_text(term.bound)} ({term.of}): increase component.*.modes.normal_count, or"
+        " fixed_count, or name the quantities that count in report.interest"
     )
     return replace(choice, run=None, settings=None, cpu_seconds=None, why=why)
 

@@ -1,5 +1,6 @@
 """What `gudgeon sensitivity` finds, as tables, as a document and as text."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,6 +13,8 @@ from gudgeon.pipeline.stages.folder import claim, held
 from gudgeon.pipeline.stages.job import Job
 
 TABLE, MODES, DOCUMENT, PICTURE = "sensitivity.csv", "sensitivity-modes.csv", "sensitivity.json", "sensitivity.png"
+LISTED = 5
+"""Frequencies that are printed for each key."""
 
 
 @dataclass(frozen=True)
@@ -129,14 +132,27 @@ def report_text(report: SensitivityReport) -> str:
         for d in rows:
             value, slope = f"{d.parameter.value:.6g} {d.parameter.unit}", f"{d.slope:.6g} {d.slope_unit}"
             relative = "" if d.relative is None else f"{d.relative + 0.0:.6f}".replace("-0.000000", "0.000000")
-            error = "" if d.error is None else f" {abs(d.error / d.slope) if d.slope else 0.0:>8.0e}"
+            error = "" if d.error is None else f" {abs(d.error * d.parameter.value / (d.value or 1.0)):>8.0e}"
             lines.append(f"  {d.parameter.key:34} {value:>18} {slope:>26} {relative:>10}{error}")
-    if report.frequencies:
-        lines.append(f"\n  {'frequencies by':34} {'modes':>7} {'f [Hz]':>10} {'df/dp':>26} {'p/f df/dp':>10}")
-        for row in report.frequencies:
-            slope = f"{row['derivative']:.6g} Hz/({row['parameter_unit']})"
-            lines.append(
-                f"  {row['parameter']:34} {_numbers(row['modes']):>7} {row['frequency']:>10.6g} {slope:>26}"
-                f" {row['relative']:>10.6f}"
-            )
+    lines += _frequency_lines(report)
     return "\n".join([*lines, f"\nresults in {report.out}: {', '.join(report.files)}"])
+
+
+def _frequency_lines(report: SensitivityReport) -> list[str]:
+    """Return the table of the first frequencies of each key."""
+    if not report.frequencies:
+        return []
+    lines = [f"\n  {'frequencies by':34} {'modes':>7} {'f [Hz]':>10} {'df/dp':>26} {'p/f df/dp':>10}"]
+    counts: Counter[str] = Counter()
+    for row in report.frequencies:
+        counts[row["parameter"]] += 1
+        if counts[row["parameter"]] > LISTED:
+            continue
+        slope = f"{row['derivative']:.6g} Hz/({row['parameter_unit']})"
+        lines.append(
+            f"  {row['parameter']:34} {_numbers(row['modes']):>7} {row['frequency']:>10.6g} {slope:>26}"
+            f" {row['relative']:>10.6f}"
+        )
+    if max(counts.values()) > LISTED:
+        lines.append(f"  … the first {LISTED} of each key; {MODES} has all {max(counts.values())}")
+    return lines

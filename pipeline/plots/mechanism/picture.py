@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.spatial.distance import pdist
 
 from gudgeon.pipeline.plots.base import style
 from gudgeon.pipeline.plots.base.run import Drawing
 from gudgeon.pipeline.plots.contact.force_axes import RAW, windowed_mean
 from gudgeon.pipeline.plots.mechanism.motion import Moving, moving_bodies
 
-SHOWN, MOST = 5, 8
+SHOWN, MOST = (5, 6, 7), 8
 """Positions that are drawn, and joints whose histories are."""
 LINES = "bodies as lines between joints, contacts, springs and centres"
 FLAT = 1e-3
@@ -44,7 +45,8 @@ def _figure(drawing: Drawing) -> Figure:
     end = float(trajectory.times[-1])
     factor, unit = style.time_unit(end)
     reactions = [*reactions_of(drawing)]
-    subtitle = f"{drawing.scene_name}  ·  {SHOWN} positions from the start, light, to {end * factor:.4g} {unit}, dark; "
+    count = len(shown_samples([body.places(slice(None)) for body in bodies]))
+    subtitle = f"{drawing.scene_name}  ·  {count} positions from the start, light, to {end * factor:.4g} {unit}, dark; "
     subtitle += LINES
     height = 1600 + ROW * max(len(reactions), 1)
     figure = style.new_figure("Motion of the bodies", subtitle, height=height)
@@ -80,7 +82,7 @@ def _bodies(figure: Figure, cell, bodies: list[Moving], drawing: Drawing) -> Non
     shown = plane_of(every)
     flat = len(shown) == 2
     axes = figure.add_subplot(cell) if flat else figure.add_subplot(cell, projection="3d")
-    samples = np.unique(np.linspace(0, len(every[0]) - 1, SHOWN).astype(int))
+    samples = shown_samples(every)
     # One factor for all axes, which have one scale.
     factor, length = style.prefixed(float(np.ptp(cloud, axis=0).max()), "m")
     cloud, every = factor * cloud, [factor * item for item in every]
@@ -104,6 +106,14 @@ def _bodies(figure: Figure, cell, bodies: list[Moving], drawing: Drawing) -> Non
     else:
         axes.set_zlabel(labels[2])  # type: ignore[attr-defined]
         _same_scale(axes, cloud)
+
+
+def shown_samples(every: list[np.ndarray]) -> np.ndarray:
+    """Return samples at equal distances of time, of points (s, k, 3) of all bodies: of some counts those that differ
+    most, since of a motion over whole turns the fourths may all be alike."""
+    poses = np.concatenate([positions.reshape(len(positions), -1) for positions in every], axis=1)
+    choices = [np.unique(np.linspace(0, len(poses) - 1, count).astype(int)) for count in SHOWN]
+    return max(choices, key=lambda samples: float(pdist(poses[samples]).mean()) if len(samples) > 1 else 0.0)
 
 
 def _same_scale(axes: Any, cloud: np.ndarray) -> None:

@@ -178,3 +178,13 @@ def test_axes_in_space_have_one_scale_and_ticks_that_fit(tmp_path: Path) -> None
         assert 2 <= ((ticks >= limits[0]) & (ticks <= limits[1])).sum() <= 3
     (rotor,) = moving_bodies(drawing)
     np.testing.assert_allclose((rotor.points + rotor.centre)[:2, 0], [-0.1, 0.1], rtol=0, atol=1e-12)
+
+
+def test_positions_of_whole_turns_are_not_all_alike() -> None:
+    """Of two turns the fourths are dead centres; the fifths are five positions."""
+    angle = np.linspace(0.0, 4 * np.pi, 401)
+    crank = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)[:, None]
+    samples = picture.shown_samples([crank])
+    assert len(np.unique(crank[samples, 0].round(3), axis=0)) >= 4
+    still = np.zeros((1, 1, 3))
+    assert picture.shown_samples([still]).tolist() == [0]

@@ -233,7 +233,7 @@ def test_a_basis_error_above_the_tolerance_refuses_what_is_compared_with_the_fin
     assert refused.run is None
     assert refused.why == (
         "30 modes meets 1% against the finest setting, but the basis error of 30 modes is 90.00% (impulse): increase"
-        " component.*.modes.normal_count, or fixed_count"
+        " component.*.modes.normal_count, or fixed_count, or name the quantities that count in report.interest"
     )
     assert in_its_basis(choice, runs, basis_of(0.9, "60 modes"), "finest").run is None
     larger = replace(choice, run="60 modes")
