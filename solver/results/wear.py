@@ -19,7 +19,9 @@ from gudgeon.solver.results.contact_events import Quantity, named
 from gudgeon.solver.system.system import System
 
 STICKS = 0.999
-"""Friction over its limit, at both ends of a frame, below which a point sticks in that frame."""
+"""Friction over its limit, at both ends of a frame, below which a point sticks in that frame, if it is slow."""
+SLOW = 1e-2
+"""Mean speed of a point over a frame below which it is slow, over its largest."""
 
 
 def wears(system: System) -> bool:
@@ -52,9 +54,11 @@ def rubbed(
         shape = len(impulses), schedule.samples_per_frame
         weights = _weights(resultants.reshape(shape), counts.reshape(shape))
         normal_impulses = np.diff(impulses[:, contact.rows], axis=0, prepend=0.0)
-        slide = np.maximum(normal_impulses, 0.0) * np.einsum("fs,fsc->fc", weights, speeds.reshape(*shape, -1))
+        mean_speeds = np.einsum("fs,fsc->fc", weights, speeds.reshape(*shape, -1))
+        slide = np.maximum(normal_impulses, 0.0) * mean_speeds
         if contact.name in system.rubbing:
-            slide[_stuck(system, contact, *forces)] = 0.0
+            slow = mean_speeds < SLOW * speeds.max(axis=0, initial=0.0)
+            slide[slow & _stuck(system, contact, *forces)] = 0.0
         sums[contact.name] = {"load_distance": slide.sum(axis=0).tolist()}
         if contact.master is not None:
             positions = _places(system, contact, samples.snapshots[span]).reshape(shape)
