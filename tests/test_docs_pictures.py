@@ -16,7 +16,7 @@ FORGE = 900
 """Width from which a picture is legible where a forge shows README [px]."""
 LARGEST = re.compile(r"largest force of (\S+): ([\d.]+ k?N)")
 """A contact's largest force, as pictures and their captions name it."""
-UNTITLED = ("gallery/gears.png",)
+UNTITLED: tuple[str, ...] = ()
 """Pictures without a description, which `make pictures` gives them."""
 
 
