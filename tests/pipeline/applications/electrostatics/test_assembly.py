@@ -53,7 +53,7 @@ def pull(db: Path, gap: float) -> float:
 
 
 @pytest.mark.validation
-def test_the_peg_stands_in_the_hole(shipped: Trajectory) -> None:
+def test_the_peg_is_in_the_hole(shipped: Trajectory) -> None:
     """10 µm deep, between the walls, let go by the fingers, at rest; energy and momentum balance."""
     end = shipped.motion["peg"][-1]
     assert end[2] == pytest.approx(-1e-5, abs=2e-8)
@@ -110,7 +110,7 @@ def test_without_friction_it_is_not_lifted(db: Path) -> None:
 
 
 @pytest.mark.parametrize("volts", [40.0, 80.0])
-def test_gravity_and_voltage_beside_the_shipped_ones(db: Path, volts: float) -> None:
+def test_gravity_and_voltage_next_to_the_shipped_ones(db: Path, volts: float) -> None:
     """Twice the voltage, and no gravity, up to over the hole: the peg is where the fingers are, less its slip."""
     found = solved(
         db, f"volts {volts:g}", run__duration=CARRIED + 1e-6, run__gravity=[0.0, 0.0, 0.0],

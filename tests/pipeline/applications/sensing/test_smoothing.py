@@ -79,7 +79,7 @@ def error(found: np.ndarray, true: np.ndarray) -> float:
 
 @pytest.mark.validation
 @pytest.mark.parametrize("feels_damping", [True, False])
-def test_a_blow_is_felt_through_a_base_that_sways(feels_damping: bool) -> None:
+def test_an_impact_is_felt_through_a_base_that_sways(feels_damping: bool) -> None:
     """Without noise to 0.5 % of its peak; with noise better than the noise, and than on a base taken as rigid."""
     given, told, true, acceleration = swayed(feels_damping)
     levels = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
