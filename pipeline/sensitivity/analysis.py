@@ -145,7 +145,9 @@ def _settled(
     slopes = _slopes(base, varied)
     if system.scene.run.step is not None:
         return slopes, None, base
-    errors = np.full(slopes.shape, np.inf)
+    coarser = differentiated(system, reads, 2 * dt, count // 2) if 2 * count > MOST_STEPS else None
+    # Where no step can be halved, the error is the change from twice the step.
+    errors = np.abs(slopes - _slopes(coarser, varied)) if coarser is not None else np.full(slopes.shape, np.inf)
     for _ in range(HALVINGS):
         dt, count = dt / 2, 2 * count
         if count > MOST_STEPS:

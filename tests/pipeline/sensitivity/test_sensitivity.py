@@ -128,6 +128,19 @@ def test_sphere_on_a_half_space_has_the_derivatives_of_hertz(step: Any, allowed:
         np.testing.assert_allclose(relative(report, f"pair.{name}"), exact, atol=allowed)
 
 
+def test_a_run_whose_step_cannot_be_halved_has_the_change_from_twice_the_step_as_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gudgeon.pipeline.sensitivity.analysis.MOST_STEPS", 1)
+    report = gudgeon.sensitivity(
+        DATA / "hertz" / "half-space.toml", of=["pair.force_norm"], by=["body.one.velocity.0"],
+        db=tmp_path / "db", out=tmp_path / "out",
+    )  # fmt: skip
+    (derivative,) = report.derivatives
+    assert derivative.error is not None
+    assert 0 < derivative.error < 0.1 * derivative.slope
+
+
 def test_bar_that_strikes_a_wall_has_the_derivatives_of_st_venant(tmp_path: Path) -> None:
     """F = A √(E ρ) v, over 2 L √(ρ/E)."""
     bar = "component.rod."
