@@ -134,7 +134,7 @@ def test_a_run_whose_step_cannot_be_halved_has_the_change_from_twice_the_step_as
     monkeypatch.setattr("gudgeon.pipeline.sensitivity.analysis.MOST_STEPS", 1)
     report = gudgeon.sensitivity(
         DATA / "hertz" / "half-space.toml", of=["pair.force_norm"], by=["body.one.velocity.0"],
-        db=tmp_path / "db", out=tmp_path / "out",
+        set={"run.step": "unset"}, db=tmp_path / "db", out=tmp_path / "out",
     )  # fmt: skip
     (derivative,) = report.derivatives
     assert derivative.error is not None
