@@ -45,8 +45,11 @@ def _figure(drawing: Drawing) -> Figure:
     end = float(trajectory.times[-1])
     factor, unit = style.time_unit(end)
     reactions = [*reactions_of(drawing)]
-    count = len(shown_samples([body.places(slice(None)) for body in bodies]))
-    subtitle = f"{drawing.scene_name}  ·  {count} positions from the start, light, to {end * factor:.4g} {unit}, dark; "
+    every = [body.places(slice(None)) for body in bodies]
+    samples = shown_samples(every)
+    subtitle = (
+        f"{drawing.scene_name}  ·  {len(samples)} positions from the start, light, to {end * factor:.4g} {unit}, dark; "
+    )
     subtitle += LINES
     height = 1600 + ROW * max(len(reactions), 1)
     figure = style.new_figure("Motion of the bodies", subtitle, height=height)
@@ -54,7 +57,7 @@ def _figure(drawing: Drawing) -> Figure:
     grid = figure.add_gridspec(
         len(sizes), 1, height_ratios=sizes, left=0.1, right=0.965, bottom=110 / height, top=1 - 190 / height, hspace=0.5
     )
-    _bodies(figure, grid[0], bodies, drawing)
+    _bodies(figure, grid[0], bodies, drawing, (every, samples))
     abscissa = style.over_time(trajectory.times, (0.0, end))
     panels = [figure.add_subplot(grid[k + 1]) for k in range(1 + len(reactions))]
     _angles(panels[0], abscissa.values, drawing)
@@ -75,14 +78,19 @@ def _figure(drawing: Drawing) -> Figure:
     return figure
 
 
-def _bodies(figure: Figure, cell, bodies: list[Moving], drawing: Drawing) -> None:  # type: ignore[no-untyped-def]
-    """Draw lines through the points of each body at some samples, and the paths of the points."""
-    every = [body.places(slice(None)) for body in bodies]
+def _bodies(
+    figure: Figure, cell: Any, bodies: list[Moving], drawing: Drawing, places: tuple[list[np.ndarray], np.ndarray]
+) -> None:
+    """Draw lines through the points of each body at some samples, and the paths of the points.
+
+    Args:
+        places: Of the points of each body at all samples, (s, k, 3), and the samples that are drawn.
+    """
+    every, samples = places
     cloud = np.concatenate([item.reshape(-1, 3) for item in every])
     shown = plane_of(every)
     flat = len(shown) == 2
     axes = figure.add_subplot(cell) if flat else figure.add_subplot(cell, projection="3d")
-    samples = shown_samples(every)
     # One factor for all axes, which have one scale.
     factor, length = style.prefixed(float(np.ptp(cloud, axis=0).max()), "m")
     cloud, every = factor * cloud, [factor * item for item in every]
